@@ -1,0 +1,35 @@
+# One place for the flags that every target of ours gets.
+find_program(NDMAP_CCACHE ccache)
+if(NDMAP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_C_COMPILER_LAUNCHER ${NDMAP_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${NDMAP_CCACHE})
+endif()
+find_program(NDMAP_MOLD mold)
+if(NDMAP_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+add_library(ndmap_options INTERFACE)
+target_include_directories(ndmap_options INTERFACE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+# Points must have the same bits in every block whatever the machine: no contraction to fused
+# multiply-add (GCC's default), and CGAL's interval arithmetic needs the rounding mode respected.
+target_compile_options(ndmap_options INTERFACE
+  -Wall -Wextra -Werror -Wno-unused-parameter -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(ndmap_options INTERFACE -frounding-math)
+endif()
+if(NDMAP_SANITIZE)
+  target_compile_options(ndmap_options INTERFACE -fsanitize=${NDMAP_SANITIZE} -fno-omit-frame-pointer -O1)
+  target_link_options(ndmap_options INTERFACE -fsanitize=${NDMAP_SANITIZE})
+  if(NDMAP_SANITIZE MATCHES "undefined")
+    target_compile_options(ndmap_options INTERFACE -fno-sanitize-recover=undefined)
+  endif()
+endif()
+# The distribution's Abseil and gRPC are not instrumented: with the thread sanitizer only core, the simulator
+# and the actors over a fake transport are built.
+set(NDMAP_HAS_GRPC ON)
+if(NDMAP_SANITIZE MATCHES "thread")
+  set(NDMAP_HAS_GRPC OFF)
+  target_compile_definitions(ndmap_options INTERFACE NDMAP_THREAD_SANITIZER=1)
+endif()
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)

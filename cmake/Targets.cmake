@@ -1,0 +1,20 @@
+# ndmap_library(name SOURCES a.cc b.cc DEPS x y): a static library of ours.
+function(ndmap_library name)
+  cmake_parse_arguments(A "" "" "SOURCES;DEPS" ${ARGN})
+  add_library(${name} STATIC ${A_SOURCES})
+  target_link_libraries(${name} PUBLIC ndmap_options ${A_DEPS})
+endfunction()
+
+# ndmap_test(name SOURCES a_test.cc DEPS x y [LABELS l] [TIMEOUT s]): a GoogleTest program, one CTest test a case.
+function(ndmap_test name)
+  cmake_parse_arguments(A "" "LABELS;TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  if(NOT NDMAP_BUILD_TESTS)
+    return()
+  endif()
+  if(NOT A_TIMEOUT)
+    set(A_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${A_SOURCES})
+  target_link_libraries(${name} PRIVATE ndmap_options ${A_DEPS} GTest::gmock GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${A_TIMEOUT} LABELS "${A_LABELS}")
+endfunction()

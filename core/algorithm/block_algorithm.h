@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The one abstraction that carries the project: a distributed algorithm sees one block. It is started with
+// parameters, is handed messages, works for a budget of steps at a time, emits messages for other blocks, says
+// whether it has work left, and reports. It never blocks, reads no clock and opens no socket. The simulator
+// (core/sim) runs k of them in one thread under a seeded scheduler; the block server hosts the same class
+// over gRPC; the coordinator knows only phases: start on every block, wait for quiescence, finish, next phase.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/container/btree_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/algorithm/message.h"
+#include "core/algorithm/parameters.h"
+#include "core/geometry/surface.h"
+#include "core/map/ids.h"
+
+namespace ndmap {
+
+enum class Routing { kDirect, kBroadcast };
+
+// What an algorithm found in its block. Blocks' reports add up to the map's: counts are summed, digests are added
+// modulo 2^128, findings are appended.
+struct Report {
+  absl::btree_map<std::string, int64_t> counts;
+  Digest digest;
+  // Sentences about faults found (a checker's), at most kMaxFindings; the count "findings" has their true number.
+  std::vector<std::string> findings;
+  static constexpr size_t kMaxFindings = 20;
+
+  void Find(std::string sentence);
+  void Merge(const Report& other);
+};
+
+// Where a block is: the same on every block but for `self`.
+struct Environment {
+  BlockId self;
+  uint32_t block_count = 1;
+  Routing routing = Routing::kDirect;
+  // The surface that the map was made for; null when there is none.
+  std::shared_ptr<const TriangleSurface> surface;
+};
+
+class BlockAlgorithm {
+ public:
+  virtual ~BlockAlgorithm() = default;
+
+  // Called once, before anything else and on every block before any message of the phase is received anywhere.
+  virtual absl::Status Start() = 0;
+
+  // Applies one message, whatever the memory limit says. Idempotent: duplicates do nothing. An error fails the job.
+  virtual absl::Status Receive(BlockId from, const Message& message, Outbox& out) = 0;
+
+  // Does at most `budget` steps of the block's own work (a step is some microseconds: a hexahedron's test or
+  // split); returns how many it did. An error fails the job.
+  virtual absl::StatusOr<size_t> Work(size_t budget, Outbox& out) = 0;
+
+  // True when there is own work left. Messages may make new work.
+  virtual bool HasWork() const = 0;
+
+  // Stops own work at the next safe place: the map is valid, HasWork() is false from now on; messages of others are
+  // still applied.
+  virtual void Cancel() = 0;
+
+  // Called at quiescence, once: what is still kept then is an error that names the label.
+  virtual absl::Status Finish() = 0;
+
+  // Cheap; at any time between other calls, for progress, and after Finish() for the result.
+  virtual Report report() const = 0;
+};
+
+}  // namespace ndmap

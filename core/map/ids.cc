@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/map/ids.h"
+
+#include "absl/numeric/bits.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace ndmap {
+namespace {
+
+constexpr int kPathBits = 94;
+// The part of the path that lies in the upper word.
+constexpr uint64_t kUpperPathMask = (uint64_t{1} << (kPathBits - 64)) - 1;
+
+}  // namespace
+
+std::string ToString(const Label& label) { return absl::StrFormat("%x:%x", label.root, label.path); }
+
+CellId CellId::Initial(uint64_t number) { return CellId(number << (kPathBits - 64), 1); }
+
+CellId CellId::FromWords(uint64_t hi, uint64_t lo) { return CellId(hi, lo); }
+
+CellId CellId::Child(unsigned c) const {
+  const uint64_t upper = ((hi_ & kUpperPathMask) << 3 | lo_ >> 61) & kUpperPathMask;
+  return CellId((hi_ & ~kUpperPathMask) | upper, lo_ << 3 | c);
+}
+
+CellId CellId::Parent() const {
+  const uint64_t upper = hi_ & kUpperPathMask;
+  return CellId((hi_ & ~kUpperPathMask) | upper >> 3, lo_ >> 3 | upper << 61);
+}
+
+int CellId::level() const {
+  const uint64_t upper = hi_ & kUpperPathMask;
+  const int bits = upper != 0 ? 64 + static_cast<int>(absl::bit_width(upper)) : static_cast<int>(absl::bit_width(lo_));
+  return bits == 0 ? 0 : (bits - 1) / 3;
+}
+
+unsigned CellId::digit(int i) const {
+  const int shift = 3 * (level() - i);
+  const uint64_t upper = hi_ & kUpperPathMask;
+  uint64_t word = shift >= 64 ? upper >> (shift - 64) : lo_ >> shift;
+  if (shift < 64 && shift > 61) word |= upper << (64 - shift);
+  return static_cast<unsigned>(word & 7);
+}
+
+std::string CellId::ToString() const {
+  std::string text = absl::StrCat("h", initial());
+  for (int i = 1; i <= level(); ++i) absl::StrAppend(&text, i == 1 ? "/" : ".", digit(i));
+  return text;
+}
+
+std::string Digest::ToString() const { return absl::StrFormat("%016x%016x", hi, lo); }
+
+}  // namespace ndmap

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The names by which parts of a distributed map are known: blocks, darts, labels of critical darts, and ids of
+// cells. All are values, comparable and hashable with absl::Hash; none is a bare integer at our interfaces.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "absl/strings/string_view.h"
+
+namespace ndmap {
+
+// A block of a map: 0 ... k-1.
+struct BlockId {
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+  uint32_t value = kNone;
+
+  bool valid() const { return value != kNone; }
+  friend bool operator==(BlockId a, BlockId b) = default;
+  friend auto operator<=>(BlockId a, BlockId b) = default;
+  template <typename H>
+  friend H AbslHashValue(H h, BlockId b) {
+    return H::combine(std::move(h), b.value);
+  }
+};
+
+// A dart of one block, by its index in the block's storage: stable between changes of the block.
+struct DartIndex {
+  static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
+  uint32_t value = kNone;
+
+  bool valid() const { return value != kNone; }
+  friend bool operator==(DartIndex a, DartIndex b) = default;
+  friend auto operator<=>(DartIndex a, DartIndex b) = default;
+  template <typename H>
+  friend H AbslHashValue(H h, DartIndex d) {
+    return H::combine(std::move(h), d.value);
+  }
+};
+
+// The label of a critical dart: 128 bits, carried by exactly two critical darts, in two different blocks.
+// core/map stores, pairs and looks up labels; what the bits mean belongs to the algorithm that made them
+// (hexahedral refinement: core/algorithm/refine/label.h). `path` is never 0 in a label in use.
+struct Label {
+  uint64_t root = 0;
+  uint64_t path = 0;
+
+  friend bool operator==(const Label&, const Label&) = default;
+  friend auto operator<=>(const Label&, const Label&) = default;
+  template <typename H>
+  friend H AbslHashValue(H h, const Label& l) {
+    return H::combine(std::move(h), l.root, l.path);
+  }
+};
+
+// "root:path" in hexadecimal, for messages to people.
+std::string ToString(const Label& label);
+
+// The id of an n-cell: the number of its initial cell and the path of child numbers from there, 3 bits a level
+// behind a sentinel bit. The upper 34 bits hold the initial number, the lower 94 the path: 31 levels.
+// The same for any number of blocks and any order of messages.
+class CellId {
+ public:
+  static constexpr int kMaxLevel = 31;
+  static constexpr uint64_t kMaxInitial = (uint64_t{1} << 34) - 1;
+
+  CellId() = default;
+  static CellId Initial(uint64_t number);
+  static CellId FromWords(uint64_t hi, uint64_t lo);
+
+  // Child c (0 ... 7) of this cell; level() must be below kMaxLevel.
+  CellId Child(unsigned c) const;
+  CellId Parent() const;
+
+  uint64_t initial() const { return hi_ >> 30; }
+  int level() const;
+  // The child number at depth i, 1 <= i <= level().
+  unsigned digit(int i) const;
+  unsigned last_digit() const { return static_cast<unsigned>(lo_ & 7); }
+  uint64_t hi() const { return hi_; }
+  uint64_t lo() const { return lo_; }
+  bool valid() const { return hi_ != 0 || lo_ != 0; }
+
+  // "h12/0.3.7": initial cell 12, child 0, of it child 3, of it child 7; "h12" at level 0.
+  std::string ToString() const;
+
+  friend bool operator==(const CellId&, const CellId&) = default;
+  friend auto operator<=>(const CellId&, const CellId&) = default;
+  template <typename H>
+  friend H AbslHashValue(H h, const CellId& id) {
+    return H::combine(std::move(h), id.hi_, id.lo_);
+  }
+
+ private:
+  CellId(uint64_t hi, uint64_t lo) : hi_(hi), lo_(lo) {}
+  uint64_t hi_ = 0;
+  uint64_t lo_ = 0;
+};
+
+// A sum modulo 2^128 of XXH3-128 values: blocks add up theirs in any order.
+struct Digest {
+  uint64_t hi = 0;
+  uint64_t lo = 0;
+
+  void Add(const Digest& other) {
+    const uint64_t before = lo;
+    lo += other.lo;
+    hi += other.hi + (lo < before ? 1 : 0);
+  }
+  // 32 hexadecimal digits.
+  std::string ToString() const;
+  friend bool operator==(const Digest&, const Digest&) = default;
+};
+
+}  // namespace ndmap
