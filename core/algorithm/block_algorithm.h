@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The one abstraction that carries the project: a distributed algorithm sees one block. It is started with
-// parameters, is handed messages, works for a budget of steps at a time, emits messages for other blocks, says
-// whether it has work left, and reports. It never blocks, reads no clock and opens no socket. The simulator
-// (core/sim) runs k of them in one thread under a seeded scheduler; the block server hosts the same class
-// over gRPC; the coordinator knows only phases: start on every block, wait for quiescence, finish, next phase.
+// parameters, is handed messages, works for a budget of steps at a time, emits messages for other blocks,
+// says whether it has work left, and reports. It never blocks, reads no clock and opens no socket. The
+// simulator (core/sim) runs k of them in one thread under a seeded scheduler; the block server hosts the same
+// class over gRPC; the coordinator knows only phases: start on every block, wait for quiescence, finish, next
+// phase.
 #pragma once
 
 #include <cstddef>
@@ -25,12 +26,13 @@ namespace ndmap {
 
 enum class Routing { kDirect, kBroadcast };
 
-// What an algorithm found in its block. Blocks' reports add up to the map's: counts are summed, digests are added
-// modulo 2^128, findings are appended.
+// What an algorithm found in its block. Blocks' reports add up to the map's: counts are summed, digests are
+// added modulo 2^128, findings are appended.
 struct Report {
   absl::btree_map<std::string, int64_t> counts;
   Digest digest;
-  // Sentences about faults found (a checker's), at most kMaxFindings; the count "findings" has their true number.
+  // Sentences about faults found (a checker's), at most kMaxFindings; the count "findings" has their true
+  // number.
   std::vector<std::string> findings;
   static constexpr size_t kMaxFindings = 20;
 
@@ -51,10 +53,12 @@ class BlockAlgorithm {
  public:
   virtual ~BlockAlgorithm() = default;
 
-  // Called once, before anything else and on every block before any message of the phase is received anywhere.
+  // Called once, before anything else and on every block before any message of the phase is received
+  // anywhere.
   virtual absl::Status Start() = 0;
 
-  // Applies one message, whatever the memory limit says. Idempotent: duplicates do nothing. An error fails the job.
+  // Applies one message, whatever the memory limit says. Idempotent: duplicates do nothing. An error fails
+  // the job.
   virtual absl::Status Receive(BlockId from, const Message& message, Outbox& out) = 0;
 
   // Does at most `budget` steps of the block's own work (a step is some microseconds: a hexahedron's test or
@@ -64,8 +68,8 @@ class BlockAlgorithm {
   // True when there is own work left. Messages may make new work.
   virtual bool HasWork() const = 0;
 
-  // Stops own work at the next safe place: the map is valid, HasWork() is false from now on; messages of others are
-  // still applied.
+  // Stops own work at the next safe place: the map is valid, HasWork() is false from now on; messages of
+  // others are still applied.
   virtual void Cancel() = 0;
 
   // Called at quiescence, once: what is still kept then is an error that names the label.

@@ -13,15 +13,16 @@
 
 namespace ndmap {
 
-// One message. `kind` belongs to the algorithm that is running; `payload` is empty in most messages and lives as
-// long as the batch it came from.
+// One message. `kind` belongs to the algorithm that is running; `payload` is empty in most messages and lives
+// as long as the batch it came from.
 struct Message {
   uint8_t kind = 0;
   Label label;
   absl::string_view payload;
 };
 
-// Messages from one block to another in packed columns, which is also the form on the wire: no object a message.
+// Messages from one block to another in packed columns, which is also the form on the wire: no object a
+// message.
 class MessageBatch {
  public:
   void Add(const Message& message);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Parameters of an algorithm: names and values as text, so that a new algorithm needs no new message on the wire.
+// Parameters of an algorithm: names and values as text, so that a new algorithm needs no new message on the
+// wire.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,8 @@ class Parameters {
   Parameters& Set(absl::string_view name, double value);
 
   bool Has(absl::string_view name) const;
-  // NOT_FOUND without a default when absent; INVALID_ARGUMENT naming parameter and value when it does not parse.
+  // NOT_FOUND without a default when absent; INVALID_ARGUMENT naming parameter and value when it does not
+  // parse.
   absl::StatusOr<std::string> Text(absl::string_view name) const;
   absl::StatusOr<int64_t> Integer(absl::string_view name, int64_t lowest, int64_t highest) const;
   absl::StatusOr<double> Real(absl::string_view name) const;

@@ -26,7 +26,8 @@ absl::Status ValidateClosedSurface(const TriangleSurface& surface) {
   for (size_t i = 0; i < surface.points.size(); ++i) {
     for (double x : surface.points[i]) {
       if (!std::isfinite(x)) {
-        return absl::InvalidArgumentError(absl::StrCat("surface point ", i, " has a coordinate that is not finite"));
+        return absl::InvalidArgumentError(
+            absl::StrCat("surface point ", i, " has a coordinate that is not finite"));
       }
     }
   }
@@ -38,10 +39,11 @@ absl::Status ValidateClosedSurface(const TriangleSurface& surface) {
       const uint64_t a = surface.triangles[t][c];
       const uint64_t b = surface.triangles[t][(c + 1) % 3];
       if (a >= surface.points.size()) {
-        return absl::InvalidArgumentError(absl::StrCat("surface triangle ", t, " names point ", a, " of ",
-                                                       surface.points.size()));
+        return absl::InvalidArgumentError(
+            absl::StrCat("surface triangle ", t, " names point ", a, " of ", surface.points.size()));
       }
-      if (a == b) return absl::InvalidArgumentError(absl::StrCat("surface triangle ", t, " repeats point ", a));
+      if (a == b)
+        return absl::InvalidArgumentError(absl::StrCat("surface triangle ", t, " repeats point ", a));
       edges.emplace_back(std::min(a, b) << 32 | std::max(a, b), a < b);
     }
   }
@@ -51,8 +53,8 @@ absl::Status ValidateClosedSurface(const TriangleSurface& surface) {
                         edges[i].second != edges[i + 1].second &&
                         (i + 2 >= edges.size() || edges[i + 2].first != edges[i].first);
     if (!paired) {
-      return absl::InvalidArgumentError(absl::StrCat("surface edge between points ", edges[i].first >> 32, " and ",
-                                                     edges[i].first & 0xffffffff,
+      return absl::InvalidArgumentError(absl::StrCat("surface edge between points ", edges[i].first >> 32,
+                                                     " and ", edges[i].first & 0xffffffff,
                                                      " does not have exactly two opposite triangles"));
     }
   }

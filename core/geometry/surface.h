@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A closed surface as the jobs use it: triangles over shared points, already checked (core/io/surface_reader.h).
+// A closed surface as the jobs use it: triangles over shared points, already checked
+// (core/io/surface_reader.h).
 #pragma once
 
 #include <array>

@@ -32,7 +32,8 @@ CellId CellId::Parent() const {
 
 int CellId::level() const {
   const uint64_t upper = hi_ & kUpperPathMask;
-  const int bits = upper != 0 ? 64 + static_cast<int>(absl::bit_width(upper)) : static_cast<int>(absl::bit_width(lo_));
+  const int bits =
+      upper != 0 ? 64 + static_cast<int>(absl::bit_width(upper)) : static_cast<int>(absl::bit_width(lo_));
   return bits == 0 ? 0 : (bits - 1) / 3;
 }
 

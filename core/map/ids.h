@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The names by which parts of a distributed map are known: blocks, darts, labels of critical darts, and ids of
-// cells. All are values, comparable and hashable with absl::Hash; none is a bare integer at our interfaces.
+// The names by which parts of a distributed map are known: blocks, darts, labels of critical darts, and ids
+// of cells. All are values, comparable and hashable with absl::Hash; none is a bare integer at our
+// interfaces.
 #pragma once
 
 #include <array>
@@ -60,8 +61,8 @@ struct Label {
 // "root:path" in hexadecimal, for messages to people.
 std::string ToString(const Label& label);
 
-// The id of an n-cell: the number of its initial cell and the path of child numbers from there, 3 bits a level
-// behind a sentinel bit. The upper 34 bits hold the initial number, the lower 94 the path: 31 levels.
+// The id of an n-cell: the number of its initial cell and the path of child numbers from there, 3 bits a
+// level behind a sentinel bit. The upper 34 bits hold the initial number, the lower 94 the path: 31 levels.
 // The same for any number of blocks and any order of messages.
 class CellId {
  public:

@@ -19,7 +19,8 @@ TEST(CellIdTest, PathOfAnyDepthReadsBack) {
       ASSERT_EQ(id.level(), level);
       ASSERT_EQ(id.initial(), initial);
       ASSERT_EQ(id.Parent(), parent);
-      for (int i = 1; i <= level; ++i) ASSERT_EQ(id.digit(i), path[i - 1]) << "level " << level << " digit " << i;
+      for (int i = 1; i <= level; ++i)
+        ASSERT_EQ(id.digit(i), path[i - 1]) << "level " << level << " digit " << i;
     }
   }
 }

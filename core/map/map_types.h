@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The CGAL map that a block stores, for any dimension n and for two storages: CGAL's own (pointers; the reference
-// in tests) and ours (core/map/flat_storage.h: arrays and 32-bit indices; what services use).
+// The CGAL map that a block stores, for any dimension n and for two storages: CGAL's own (pointers; the
+// reference in tests) and ours (core/map/flat_storage.h: arrays and 32-bit indices; what services use).
 #pragma once
 
 #include <CGAL/Cell_attribute.h>
@@ -57,13 +57,14 @@ struct AttributeTuple<2, kSlots, Refs> {
 };
 template <bool kSlots, class Refs>
 struct AttributeTuple<3, kSlots, Refs> {
-  using type = std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs), NDMAP_SLOT(Refs),
-                          CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
+  using type = std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs),
+                          NDMAP_SLOT(Refs), CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
 };
 template <bool kSlots, class Refs>
 struct AttributeTuple<4, kSlots, Refs> {
-  using type = std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs), NDMAP_SLOT(Refs),
-                          NDMAP_SLOT(Refs), CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
+  using type =
+      std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs), NDMAP_SLOT(Refs),
+                 NDMAP_SLOT(Refs), CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
 };
 #undef NDMAP_SLOT
 
