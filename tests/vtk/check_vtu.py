@@ -115,7 +115,9 @@ def check_volumes(check, grid, points, faces):
     # About the middle of the box, so that nothing is lost to rounding far from the origin.
     local = points - (points.min(axis=0) + points.max(axis=0)) / 2 if len(points) else points
     for cells, face in faces:
-        volumes += np.bincount(cells, weights=fan_volumes(local, face), minlength=number) / 6
+        for begin in range(0, len(face), 1 << 18):  # in parts: coordinates of all faces at once take gigabytes
+            part = slice(begin, begin + (1 << 18))
+            np.add.at(volumes, cells[part], fan_volumes(local, face[part]) / 6)
     check.report["volume"] = float(volumes.sum())
     check.report["volume_min"] = float(volumes.min()) if number else None
     if number and volumes.min() <= 0:
