@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 #include <vector>
 
 namespace ndmap::reference {
@@ -62,11 +63,12 @@ class PlainHexahedra {
     const CornerTable corners = FindCorners(reference, level);
     std::array<Point, 8> points;
     for (unsigned c = 0; c < 8; ++c) points[c] = lcc_.point(corners[c][0].dart);
-    for (unsigned c = 0; c < 8; ++c) {
+    for (unsigned c : {0, 3, 5, 6}) {  // Every edge ends at one of these corners.
       for (unsigned a = 0; a < 3; ++a) SplitEdge(corners[c][a].dart, level);
     }
-    for (const auto& three : corners) {
-      for (const Corner& corner : three) SplitFace(corner.dart, level);
+    for (unsigned a = 0; a < 3; ++a) {  // All six faces meet at two opposite corners.
+      SplitFace(corners[0][a].dart, level);
+      SplitFace(corners[7][a].dart, level);
     }
     SplitInside(corners, points, level + 1);
     std::array<Dart, 8> children;
@@ -89,32 +91,39 @@ class PlainHexahedra {
 
   // The level of the face of a dart: that of its four corners, the fourth-smallest on its cycle.
   int FaceLevel(Dart d) const {
-    std::vector<int> levels;
+    std::array<int, 4> lowest;
+    lowest.fill(std::numeric_limits<int>::max());
     Dart e = d;
     do {
-      levels.push_back(Level(e));
+      const int level = Level(e);
+      if (level < lowest[3]) {
+        int i = 3;
+        for (; i > 0 && lowest[i - 1] > level; --i) lowest[i] = lowest[i - 1];
+        lowest[i] = level;
+      }
       e = lcc_.template beta<1>(e);
     } while (e != d);
-    std::nth_element(levels.begin(), levels.begin() + 3, levels.end());
-    return levels[3];
+    return lowest[3];
   }
 
-  // The darts of one side of a level-`level` face, from the dart at its corner to the next corner, however
-  // deep side and face have been split. At the corner of a smaller face an edge leads inwards: step across
-  // it.
-  std::vector<Dart> Side(Dart d, int level) const {
-    std::vector<Dart> side = {d};
+  // Visits the darts of one side of a level-`level` face, from the dart at its corner to the next corner,
+  // however deep side and face have been split; returns the last. At the corner of a smaller face an edge
+  // leads inwards: step across it.
+  template <class Visit>
+  Dart FollowSide(Dart d, int level, const Visit& visit) const {
     for (;;) {
+      visit(d);
       const Dart next = lcc_.template beta<1>(d);
       const int met = Level(next);
-      if (met <= level) return side;
+      if (met <= level) return d;
       d = met <= FaceLevel(d) ? lcc_.beta(next, 2, 1) : next;
-      side.push_back(d);
     }
   }
 
   // The dart of the same face (of this level) that leaves its next corner.
-  Dart NextCorner(Dart d, int level) const { return lcc_.template beta<1>(Side(d, level).back()); }
+  Dart NextCorner(Dart d, int level) const {
+    return lcc_.template beta<1>(FollowSide(d, level, [](Dart) {}));
+  }
 
   Corner Next(const Corner& at, int level) const {
     return {NextCorner(at.dart, level), at.corner ^ 1u << at.axis, FaceAxis(at.corner, at.axis)};
@@ -177,21 +186,22 @@ class PlainHexahedra {
     if (Level(end) <= level) InsertVertex(d, Midpoint(lcc_.point(d), lcc_.point(end)), level + 1);
   }
 
-  // The darts of the face of d that leave vertices of level <= `level`, from d on.
-  std::vector<Dart> DartsAt(Dart d, int level) const {
-    std::vector<Dart> darts;
+  // The darts of the face of d that leave its vertices of level <= `level`, from d on: at most eight.
+  std::array<Dart, 8> DartsAt(Dart d, int level) const {
+    std::array<Dart, 8> darts;
+    size_t found = 0;
     Dart e = d;
     do {
-      if (Level(e) <= level) darts.push_back(e);
+      if (Level(e) <= level) darts[found++] = e;
       e = lcc_.template beta<1>(e);
-    } while (e != d);
+    } while (e != d && found < darts.size());
     return darts;
   }
 
   // d leaves a corner of a level-`level` face whose edges are split; the face is split in four unless it is.
   void SplitFace(Dart d, int level) {
     if (FaceLevel(d) > level) return;
-    const std::vector<Dart> at = DartsAt(d, level + 1);  // Corner, midpoint, corner, ...
+    const std::array<Dart, 8> at = DartsAt(d, level + 1);  // Corner, midpoint, corner, ...
     const Point centre = Midpoint(Midpoint(lcc_.point(at[0]), lcc_.point(at[4])),
                                   Midpoint(lcc_.point(at[2]), lcc_.point(at[6])));
     SplitQuad({at[1], at[3], at[5], at[7]}, centre, level + 1);
@@ -210,25 +220,23 @@ class PlainHexahedra {
   // A face across the middle of the volume, along the closed path of level-`level` edges that starts with d.
   // The faces on d's side of the path are a strip of quads, so the path goes on beyond each quad's next side.
   // Returns the new face's darts at the corners of that path, from the start of d on, on the far side.
-  std::vector<Dart> SplitAcross(Dart d, int level) {
-    std::vector<Dart> path;
+  std::array<Dart, 8> SplitAcross(Dart d, int level) {
+    path_.clear();
     Dart e = d;
     do {
-      const std::vector<Dart> side = Side(e, level);
-      path.insert(path.end(), side.begin(), side.end());
-      e = lcc_.beta(side.back(), 1, 2, 1);
+      e = lcc_.beta(FollowSide(e, level, [this](Dart part) { path_.push_back(part); }), 1, 2, 1);
     } while (e != d);
-    const Dart made = lcc_.insert_cell_2_in_cell_3(path.begin(), path.end());
+    const Dart made = lcc_.insert_cell_2_in_cell_3(path_.begin(), path_.end());
     return DartsAt(lcc_.template beta<3>(made), level);
   }
 
   // Edges and faces are split: cuts across x, across y in each half, across z in each quarter.
   void SplitInside(const CornerTable& corners, const std::array<Point, 8>& points, int level) {
     const auto start = [&](unsigned c, unsigned axis) { return NextCorner(corners[c][axis].dart, level); };
-    const std::vector<Dart> x = SplitAcross(start(0, 0), level);  // Edge, face, edge, ...
+    const std::array<Dart, 8> x = SplitAcross(start(0, 0), level);  // Edge, face, edge, ...
     SplitQuad({x[1], x[3], x[5], x[7]}, Centre(points), level);
     for (unsigned half = 0; half < 2; ++half) {
-      const std::vector<Dart> y = SplitAcross(start(half, 1), level);
+      const std::array<Dart, 8> y = SplitAcross(start(half, 1), level);
       // The path leaves the edge along z or along x: the old face's centre comes first, or the new one's.
       const unsigned first = FaceAxis(half, 1) == 2 ? 1 : 2;
       lcc_.insert_cell_1_in_cell_2(y[first], y[first + 3]);
@@ -237,6 +245,7 @@ class PlainHexahedra {
   }
 
   Lcc& lcc_;
+  std::vector<Dart> path_;  // Kept for its memory.
 };
 
 }  // namespace ndmap::reference
