@@ -1,40 +1,77 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Darts as 32-bit numbers, for both storages.
+// Darts by number, and the memory of a map, for both storages. Lcc is MapTypes<…>::Lcc.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "core/map/ids.h"
 
 namespace ndmap {
 
 namespace internal {
-// CGAL keeps its containers protected; a derived class may look.
-template <class Lcc>
-struct OpenMap : Lcc {
-  static auto& darts(Lcc& map) { return map.*(&OpenMap::mdarts); }
-  static const auto& darts(const Lcc& map) { return map.*(&OpenMap::mdarts); }
+template <class Container>
+inline constexpr bool kIsFlat = requires {
+  Container::kFlat;
+};
+
+template <class Container>
+size_t ContainerBytes(const Container& container) {
+  if constexpr (requires { container.allocated_bytes(); }) {
+    return container.allocated_bytes();
+  } else {
+    return container.capacity() * sizeof(typename Container::value_type);
+  }
+}
+
+struct AddAttributeBytes {
+  template <unsigned i, class Lcc>
+  static void run(const Lcc& lcc, size_t& bytes) {
+    bytes += ContainerBytes(lcc.template attributes<i>());
+  }
 };
 }  // namespace internal
 
-// The index of a dart of the map: stable until the dart is erased.
+// The index of a dart of the map; none for the null handle and the null dart. O(1) in flat storage; in CGAL's
+// it takes the square root of the number of darts.
 template <class Lcc>
-DartIndex IndexOf(const Lcc& map, typename Lcc::Dart_const_handle d) {
-  return DartIndex{static_cast<uint32_t>(internal::OpenMap<Lcc>::darts(map).index(d))};
+DartIndex IndexOf(const Lcc& lcc, typename Lcc::Dart_const_handle dart) {
+  if (dart == nullptr || dart == lcc.null_dart_handle) return DartIndex{};
+  return DartIndex{static_cast<uint32_t>(lcc.darts().index(dart))};
 }
 
-// The dart with this index, null if there is none: an index from the wire is safe here. O(1).
+// All indices of darts of the map are below it; so are those of darts that were erased.
 template <class Lcc>
-typename Lcc::Dart_handle DartAt(Lcc& map, DartIndex index) {
-  auto& darts = internal::OpenMap<Lcc>::darts(map);
-  if (index.value >= darts.capacity() || !darts.is_used(index.value)) return Lcc::null_handle;
-  return darts.iterator_to(darts[index.value]);
+uint32_t DartIndexBound(const Lcc& lcc) {
+  if constexpr (internal::kIsFlat<typename Lcc::Dart_container>) {
+    return lcc.darts().bound();
+  } else {
+    return static_cast<uint32_t>(lcc.darts().capacity());
+  }
 }
 
-// Bytes in use by darts and attributes (an estimate for CGAL's storage).
+// The dart with that index, or the null handle where there is none: any index, from anywhere, may be asked.
 template <class Lcc>
-size_t AllocatedBytes(const Lcc& map) {
-  return map.number_of_darts() * sizeof(typename Lcc::Dart) + map.template number_of_attributes<0>() * 48;
+typename Lcc::Dart_handle DartAt(Lcc& lcc, DartIndex index) {
+  if (index.value >= DartIndexBound(lcc) || !lcc.darts().is_used(size_t{index.value}))
+    return Lcc::null_handle;
+  return lcc.dart_handle(size_t{index.value});
+}
+template <class Lcc>
+typename Lcc::Dart_const_handle DartAt(const Lcc& lcc, DartIndex index) {
+  if (index.value >= DartIndexBound(lcc) || !lcc.darts().is_used(size_t{index.value}))
+    return Lcc::null_handle;
+  return lcc.dart_handle(size_t{index.value});
+}
+
+// Bytes of the map's arrays: in flat storage, of all elements ever used since the last clear(), which is what
+// the arrays have in memory; in CGAL's, of all it has room for. What points of dimension 4 and above keep on
+// the heap is not counted.
+template <class Lcc>
+size_t AllocatedBytes(const Lcc& lcc) {
+  size_t bytes = internal::ContainerBytes(lcc.darts());
+  Lcc::Helper::template Foreach_enabled_attributes<internal::AddAttributeBytes>::run(lcc, bytes);
+  return bytes;
 }
 
 }  // namespace ndmap

@@ -22,6 +22,8 @@ namespace ndmap {
 // Beside its point a vertex knows the level at which it was made; level(edge) = max of its two ends.
 struct VertexInfo {
   uint8_t level = 0;
+
+  friend bool operator==(const VertexInfo&, const VertexInfo&) = default;
 };
 
 // Whether an n-cell meets the surface, or which side of it the cell is on.
@@ -34,12 +36,17 @@ struct CellInfo {
   CellId id;
   typename Refs::Dart_handle reference = Refs::null_handle;
   CellState state = CellState::kUnknown;
+
+  // For CGAL's is_isomorphic_to, between two maps: a handle means nothing in the other map.
+  friend bool operator==(const CellInfo& a, const CellInfo& b) { return a.id == b.id && a.state == b.state; }
 };
 
 // A row number in the attribute columns of one dimension: the slot that an i-cell has for user attributes.
 struct AttributeSlot {
   static constexpr uint32_t kNone = 0xffffffff;
   uint32_t row = kNone;
+
+  friend bool operator==(const AttributeSlot&, const AttributeSlot&) = default;
 };
 
 namespace internal {
