@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "core/geometry/surface_index.h"
+
 namespace ndmap {
 
 void Report::Find(std::string sentence) {
@@ -16,6 +18,15 @@ void Report::Merge(const Report& other) {
   for (const std::string& sentence : other.findings) {
     if (findings.size() < kMaxFindings) findings.push_back(sentence);
   }
+}
+
+absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Environment::Index(
+    absl::FunctionRef<Box3()> region) const {
+  if (surface == nullptr) return absl::FailedPreconditionError("the map has no surface");
+  if (index_cache != nullptr && index_cache->index != nullptr) return index_cache->index;
+  auto index = std::make_shared<const SurfaceIndex>(surface, region());
+  if (index_cache != nullptr) index_cache->index = index;
+  return index;
 }
 
 }  // namespace ndmap

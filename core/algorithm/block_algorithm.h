@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/container/btree_map.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -23,6 +24,8 @@
 #include "core/map/ids.h"
 
 namespace ndmap {
+
+class SurfaceIndex;
 
 enum class Routing { kDirect, kBroadcast };
 
@@ -40,6 +43,11 @@ struct Report {
   void Merge(const Report& other);
 };
 
+// One block's index of the surface, made when it is first asked for. Used by the block's thread alone.
+struct IndexCache {
+  std::shared_ptr<const SurfaceIndex> index;
+};
+
 // Where a block is: the same on every block but for `self`.
 struct Environment {
   BlockId self;
@@ -47,6 +55,14 @@ struct Environment {
   Routing routing = Routing::kDirect;
   // The surface that the map was made for; null when there is none.
   std::shared_ptr<const TriangleSurface> surface;
+  // Where the block's part of the surface's index stays from one phase to the next; null: each phase makes
+  // its own.
+  std::shared_ptr<IndexCache> index_cache;
+
+  // The index of the triangles near `region()`, which bounds the block's hexahedra and is asked only when
+  // there is no index yet: hexahedra only get smaller or fewer. FAILED_PRECONDITION without a surface. The
+  // first call for a block costs O(t log t) of its t triangles.
+  absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Index(absl::FunctionRef<Box3()> region) const;
 };
 
 class BlockAlgorithm {

@@ -16,6 +16,7 @@ using Point3 = std::array<double, 3>;
 struct Box3 {
   Point3 lo{};
   Point3 hi{};
+  friend bool operator==(const Box3&, const Box3&) = default;
 };
 
 struct TriangleSurface {

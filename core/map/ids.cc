@@ -2,8 +2,11 @@
 #include "core/map/ids.h"
 
 #include "absl/numeric/bits.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 
 namespace ndmap {
 namespace {
@@ -49,6 +52,23 @@ std::string CellId::ToString() const {
   std::string text = absl::StrCat("h", initial());
   for (int i = 1; i <= level(); ++i) absl::StrAppend(&text, i == 1 ? "/" : ".", digit(i));
   return text;
+}
+
+absl::StatusOr<CellId> CellId::Parse(absl::string_view text) {
+  const absl::Status bad = absl::InvalidArgumentError(
+      absl::StrCat("'", text, "', expected the id of a hexahedron, for example h12/0.3.7"));
+  absl::string_view rest = text;
+  if (!absl::ConsumePrefix(&rest, "h")) return bad;
+  const std::pair<absl::string_view, absl::string_view> parts = absl::StrSplit(rest, absl::MaxSplits('/', 1));
+  uint64_t number = 0;
+  if (!absl::SimpleAtoi(parts.first, &number) || number > kMaxInitial) return bad;
+  CellId id = Initial(number);
+  if (parts.first.size() == rest.size()) return id;
+  for (absl::string_view digit : absl::StrSplit(parts.second, '.')) {
+    if (digit.size() != 1 || digit[0] < '0' || digit[0] > '7' || id.level() == kMaxLevel) return bad;
+    id = id.Child(static_cast<unsigned>(digit[0] - '0'));
+  }
+  return id;
 }
 
 std::string Digest::ToString() const { return absl::StrFormat("%016x%016x", hi, lo); }

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
 namespace ndmap {
@@ -88,6 +89,8 @@ class CellId {
 
   // "h12/0.3.7": initial cell 12, child 0, of it child 3, of it child 7; "h12" at level 0.
   std::string ToString() const;
+  // Reads ToString()'s form; INVALID_ARGUMENT otherwise.
+  static absl::StatusOr<CellId> Parse(absl::string_view text);
 
   friend bool operator==(const CellId&, const CellId&) = default;
   friend auto operator<=>(const CellId&, const CellId&) = default;

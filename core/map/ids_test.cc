@@ -30,6 +30,17 @@ TEST(CellIdTest, TextForm) {
   EXPECT_EQ(CellId::Initial(12).Child(0).Child(3).Child(7).ToString(), "h12/0.3.7");
 }
 
+TEST(CellIdTest, ParseReadsTextFormAndRefusesOthers) {
+  for (const char* text : {"h0", "h12", "h12/0", "h12/0.3.7"}) {
+    auto id = CellId::Parse(text);
+    ASSERT_TRUE(id.ok()) << id.status();
+    EXPECT_EQ(id->ToString(), text);
+  }
+  for (const char* text : {"", "12", "h", "h-1", "h1/", "h1/8", "h1/0.", "h1/07", "h99999999999"}) {
+    EXPECT_FALSE(CellId::Parse(text).ok()) << text;
+  }
+}
+
 TEST(DigestTest, CarriesAcrossWords) {
   Digest sum{0, ~uint64_t{0}};
   sum.Add({1, 1});

@@ -27,7 +27,8 @@ struct VertexInfo {
 };
 
 // Whether an n-cell meets the surface, or which side of it the cell is on.
-enum class CellState : uint8_t { kUnknown = 0, kOutside = 1, kInside = 2, kCut = 3 };
+// (kClear: known not to meet the surface, side not asked yet).
+enum class CellState : uint8_t { kUnknown = 0, kOutside = 1, kInside = 2, kCut = 3, kClear = 4 };
 
 // What every n-cell knows. `reference` is the dart at the corner from which child numbers count
 // (core/algorithm/refine/hexahedron.h).

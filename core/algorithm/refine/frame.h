@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Walking along the edges and around the faces of a hexahedron whose boundary neighbours may have split to
+// any depth. A hexahedron of level l has as corners exactly its vertices of level <= l; everything else on it
+// is deeper.
+#pragma once
+
+#include <array>
+
+#include "absl/container/inlined_vector.h"
+#include "core/algorithm/refine/hexahedron.h"
+#include "core/geometry/surface.h"
+#include "core/map/block.h"
+
+namespace ndmap {
+
+template <class BlockT>
+class Frame {
+ public:
+  using Lcc = typename BlockT::Lcc;
+  using Dart = typename BlockT::Dart;
+
+  // The level of the vertex where d starts. O(1).
+  static int StartLevel(Lcc& map, Dart d) {
+    return map.template info_of_attribute<0>(map.template attribute<0>(d)).level;
+  }
+  static int EndLevel(Lcc& map, Dart d) { return StartLevel(map, map.template beta<1>(d)); }
+  static Point3 StartPoint(Lcc& map, Dart d) {
+    const auto& p = map.point(d);
+    return {p.x(), p.y(), p.z()};
+  }
+
+  // The level of the face as it is now, split or not: its corners are the four vertices of lowest level, and
+  // the fourth-lowest is the level. O(darts of the face).
+  static int FaceLevel(Lcc& map, Dart d) {
+    std::array<int, 4> lowest;
+    int count = 0;
+    Dart e = d;
+    do {
+      int level = StartLevel(map, e);
+      for (int i = 0; i < count; ++i) {
+        if (level < lowest[i]) std::swap(level, lowest[i]);
+      }
+      if (count < 4) lowest[count++] = level;
+      e = map.template beta<1>(e);
+    } while (e != d);
+    return lowest[count - 1];
+  }
+
+  // Whether the face of level l that d is in is one face still: it has four vertices of level <= l. O(its
+  // darts).
+  static bool FaceIsWhole(Lcc& map, Dart d, int l) {
+    int corners = 0;
+    Dart e = d;
+    do {
+      if (StartLevel(map, e) <= l) ++corners;
+      e = map.template beta<1>(e);
+    } while (e != d);
+    return corners == 4;
+  }
+
+  // The dart that goes straight on where d ends, along a line that does not end there: within the face if the
+  // vertex only hangs on it, otherwise across the edge that ends on the line.
+  static Dart Straight(Lcc& map, Dart d) {
+    const Dart next = map.template beta<1>(d);
+    const bool quad = map.template beta<1, 1, 1>(next) == d;
+    if (quad || StartLevel(map, next) <= FaceLevel(map, d)) return map.template beta<2, 1>(next);
+    return next;
+  }
+
+  // The last dart of the edge of level l that d, leaving a vertex of level <= l, begins. O(darts of the
+  // edge).
+  static Dart EdgeEnd(Lcc& map, Dart d, int l) {
+    while (EndLevel(map, d) > l) d = Straight(map, d);
+    return d;
+  }
+
+  // As EdgeEnd, but stops at the edge's midpoint, the one vertex of level l + 1 on it, if it is split.
+  static Dart EdgeMiddle(Lcc& map, Dart d, int l) { return EdgeEnd(map, d, l + 1); }
+
+  // first[role]: the dart that leaves a corner; last[role]: the last dart of the same edge in the same face.
+  std::array<Dart, hexahedron::kRoles> first;
+  std::array<Dart, hexahedron::kRoles> last;
+  int level = 0;
+
+  // All roles of the cell whose dart with `role` is `reference`. O(darts on its edges).
+  static Frame Of(Lcc& map, Dart reference, unsigned role, int level) {
+    Frame frame;
+    frame.level = level;
+    std::array<bool, hexahedron::kRoles> walked{};
+    std::array<bool, hexahedron::kRoles> queued{};
+    absl::InlinedVector<unsigned, hexahedron::kRoles> queue = {role};
+    queued[role] = true;
+    frame.first[role] = reference;
+    while (!queue.empty()) {
+      const unsigned r = queue.back();
+      queue.pop_back();
+      const unsigned across = hexahedron::kAcross[r];
+      if (!walked[r]) {
+        frame.last[r] = EdgeEnd(map, frame.first[r], level);
+        frame.first[across] = map.template beta<2>(frame.last[r]);
+        frame.last[across] = map.template beta<2>(frame.first[r]);
+        walked[r] = walked[across] = true;
+        if (!queued[across]) queue.push_back(across);
+        queued[across] = true;
+      }
+      const unsigned next = hexahedron::NextRole(r);
+      if (!queued[next]) {
+        frame.first[next] = map.template beta<1>(frame.last[r]);
+        queue.push_back(next);
+        queued[next] = true;
+      }
+    }
+    return frame;
+  }
+  static Frame Of(Lcc& map, typename BlockT::Types::Cell cell) {
+    const auto& info = map.template info_of_attribute<3>(cell);
+    return Of(map, info.reference, hexahedron::ReferenceRole(info.id), info.id.level());
+  }
+
+  // Corner points by corner number.
+  std::array<Point3, 8> Corners(Lcc& map) const {
+    std::array<Point3, 8> corners;
+    for (unsigned c = 0; c < 8; ++c) corners[c] = StartPoint(map, first[hexahedron::kCornerRole[c]]);
+    return corners;
+  }
+};
+
+// The bounding box of a block's vertices. O(vertices).
+template <class BlockT>
+Box3 VertexBox(BlockT& block) {
+  auto& map = block.map();
+  auto& vertices = map.template attributes<0>();
+  Box3 box;
+  bool any = false;
+  for (auto it = vertices.begin(); it != vertices.end(); ++it) {
+    const auto& p = map.point_of_vertex_attribute(it);
+    const Point3 q{p.x(), p.y(), p.z()};
+    if (!any) box = {q, q};
+    any = true;
+    for (int c = 0; c < 3; ++c) {
+      box.lo[c] = std::min(box.lo[c], q[c]);
+      box.hi[c] = std::max(box.hi[c], q[c]);
+    }
+  }
+  return box;
+}
+
+// The closed axis-aligned box of the corners.
+inline Box3 CornerBox(const std::array<Point3, 8>& corners) {
+  Box3 box{corners[0], corners[0]};
+  for (const Point3& p : corners) {
+    for (int c = 0; c < 3; ++c) {
+      box.lo[c] = std::min(box.lo[c], p[c]);
+      box.hi[c] = std::max(box.hi[c], p[c]);
+    }
+  }
+  return box;
+}
+
+}  // namespace ndmap

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Erases the hexahedra that are not wanted, in every block at once, and tells the neighbours' blocks that the
+// shared faces are boundary now: RemoveFace(l), l any label of the face. Both sides may erase at once, so a
+// label that is absent means that there is nothing to do. A phase of its own.
+//
+// Parameters: keep: inside, cut, outside, or several of them with commas (default "inside,cut"), or all.
+// Counts: removed, hexahedra (left), accounted_bytes.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_split.h"
+#include "core/algorithm/block_algorithm.h"
+#include "core/map/block.h"
+#include "core/map/handle_hash.h"
+
+namespace ndmap {
+
+enum TrimMessage : uint8_t { kRemoveFace = 1 };
+
+template <class BlockT>
+class Trim final : public BlockAlgorithm {
+ public:
+  using Lcc = typename BlockT::Lcc;
+  using Dart = typename BlockT::Dart;
+  using Cell = typename BlockT::Types::Cell;
+  using Vertex = typename BlockT::Types::Vertex;
+
+  static absl::StatusOr<std::unique_ptr<BlockAlgorithm>> Make(const Parameters& parameters,
+                                                              const Environment& environment, BlockT& block) {
+    const std::string text = parameters.TextOr("keep", "inside,cut");
+    Keep keep;
+    for (absl::string_view word : absl::StrSplit(text, ',')) {
+      if (word == "inside" || word == "all") keep.inside = true;
+      if (word == "cut" || word == "all") keep.cut = true;
+      if (word == "outside" || word == "all") keep.outside = true;
+      if (word != "inside" && word != "cut" && word != "outside" && word != "all") {
+        return absl::InvalidArgumentError(
+            absl::StrCat("parameter 'keep' is '", text, "', expected inside, cut, outside or all"));
+      }
+    }
+    return std::make_unique<Trim>(keep, environment.routing, block);
+  }
+
+  struct Keep {
+    bool inside = false;
+    bool cut = false;
+    bool outside = false;
+  };
+
+  Trim(Keep keep, Routing routing, BlockT& block)
+      : keep_(keep), routing_(routing), block_(block), map_(block.map()) {}
+
+  absl::Status Start() override {
+    const bool all = keep_.inside && keep_.cut && keep_.outside;
+    auto& cells = map_.template attributes<3>();
+    for (auto it = cells.begin(); it != cells.end(); ++it) {
+      const CellState state = map_.template info_of_attribute<3>(it).state;
+      if (!all && (state == CellState::kUnknown || state == CellState::kClear)) {
+        return absl::FailedPreconditionError(
+            absl::StrCat("block ", block_.id().value, ": hexahedron ",
+                         map_.template info_of_attribute<3>(it).id.ToString(), " is not classified"));
+      }
+      if (!Kept(state)) todo_.push_back(it);
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
+    if (message.kind != kRemoveFace) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("trim: message kind ", message.kind, " from block ", from.value));
+    }
+    const Dart d = block_.Find(message.label);
+    if (d == Lcc::null_handle) return absl::OkStatus();
+    Dart e = d;
+    do {
+      block_.ClearCritical(e);
+      e = map_.template beta<1>(e);
+    } while (e != d);
+    block_.Touch();
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<size_t> Work(size_t budget, Outbox& out) override {
+    size_t steps = 0;
+    for (; steps < budget && !todo_.empty(); ++steps) {
+      RemoveCell(todo_.back(), out);
+      todo_.pop_back();
+    }
+    for (; steps < budget && todo_.empty() && !touched_.empty(); ++steps) {
+      const Dart d = *touched_.begin();
+      SplitVertex(d);
+    }
+    block_.Touch();
+    return steps;
+  }
+
+  bool HasWork() const override { return !todo_.empty() || !touched_.empty(); }
+  void Cancel() override { todo_.clear(); }
+  absl::Status Finish() override { return absl::OkStatus(); }
+
+  Report report() const override {
+    Report report;
+    report.counts["removed"] = removed_;
+    report.counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>());
+    report.counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
+    return report;
+  }
+
+ private:
+  bool Kept(CellState state) const {
+    switch (state) {
+      case CellState::kInside:
+        return keep_.inside;
+      case CellState::kCut:
+        return keep_.cut;
+      default:
+        return keep_.outside;
+    }
+  }
+
+  void RemoveCell(Cell cell, Outbox& out) {
+    Gather(map_.template info_of_attribute<3>(cell).reference);
+    for (Dart d : darts_) {
+      if (block_.IsCritical(d)) {
+        TellRemoved(d, out);
+      } else if (!map_.template is_free<3>(d)) {
+        touched_.insert(map_.template beta<3>(d));
+        map_.template unlink_beta_for_involution<3>(d);
+      }
+    }
+    for (Dart d : darts_) {
+      touched_.erase(d);
+      map_.erase_dart(d);
+    }
+    ++removed_;
+  }
+
+  // All darts of the cell of d, into darts_.
+  void Gather(Dart d) {
+    darts_.clear();
+    const auto mark = map_.get_new_mark();
+    map_.mark(d, mark);
+    darts_.push_back(d);
+    for (size_t i = 0; i < darts_.size(); ++i) {
+      for (const Dart e : {map_.template beta<1>(darts_[i]), map_.template beta<2>(darts_[i])}) {
+        if (map_.is_marked(e, mark)) continue;
+        map_.mark(e, mark);
+        darts_.push_back(e);
+      }
+    }
+    for (Dart e : darts_) map_.unmark(e, mark);
+    map_.free_mark(mark);
+  }
+
+  // One message a face: any label names it.
+  void TellRemoved(Dart d, Outbox& out) {
+    const Critical c = block_.critical(d);
+    if (routing_ == Routing::kBroadcast) {
+      out.Broadcast({kRemoveFace, c.label, {}});
+    } else {
+      out.Send(c.peer, {kRemoveFace, c.label, {}});
+    }
+    Dart e = d;
+    do {
+      block_.ClearCritical(e);
+      e = map_.template beta<1>(e);
+    } while (e != d);
+  }
+
+  // Where cells were removed the volumes around a vertex may hang together no longer: each part gets a vertex
+  // of its own, as CGAL's 0-cells do. Every such part has a dart that lost its neighbour. O(darts around the
+  // vertex).
+  void SplitVertex(Dart d) {
+    const Vertex v = map_.template attribute<0>(d);
+    const auto mark = map_.get_new_mark();
+    darts_.clear();
+    auto visit = [&](Dart e) {
+      if (map_.is_marked(e, mark)) return;
+      map_.mark(e, mark);
+      darts_.push_back(e);
+    };
+    visit(d);
+    for (size_t i = 0; i < darts_.size(); ++i) {
+      const Dart e = darts_[i];
+      const Dart before = map_.template beta<0>(e);
+      visit(map_.template beta<2, 1>(e));
+      visit(map_.template beta<2>(before));
+      if (!map_.template is_free<3>(e)) visit(map_.template beta<3, 1>(e));
+      if (!map_.template is_free<3>(before)) visit(map_.template beta<3>(before));
+    }
+    Vertex own = v;
+    if (darts_.size() != map_.template get_attribute_ref_counting<0>(v)) {
+      own = map_.template create_attribute<0>(map_.point_of_vertex_attribute(v));
+      map_.template info_of_attribute<0>(own) = map_.template info_of_attribute<0>(v);
+    }
+    for (Dart e : darts_) {
+      map_.unmark(e, mark);
+      touched_.erase(e);
+      map_.template set_dart_attribute<0>(e, own);
+    }
+    // The dart that the vertex knew may be gone.
+    map_.template set_dart_of_attribute<0>(own, d);
+    map_.free_mark(mark);
+  }
+
+  const Keep keep_;
+  const Routing routing_;
+  BlockT& block_;
+  Lcc& map_;
+  std::vector<Cell> todo_;
+  std::vector<Dart> darts_;
+  // Darts that lost the dart beyond their face and are still here.
+  absl::flat_hash_set<Dart, HandleHash> touched_;
+  int64_t removed_ = 0;
+};
+
+}  // namespace ndmap

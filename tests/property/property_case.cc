@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/property/property_case.h"
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "tests/reference/compare.h"
+#include "tests/reference/reference_map.h"
+
+namespace ndmap {
+namespace {
+
+using reference::RandomCase;
+using reference::ReferenceMap;
+
+template <class Types>
+absl::Status CompareWithReference(SimulatedMap<Block<Types>>& map, const ReferenceMap& reference) {
+  Block<Types> global(BlockId{0});
+  if (absl::Status s = Gather<Types>(map.blocks(), global); !s.ok()) return s;
+  if (!global.map().is_valid()) return absl::InternalError("the gathered map is not valid");
+  const auto name = [&](typename Types::Lcc::Dart_const_handle d) {
+    return global.map().template info_of_attribute<3>(global.map().template attribute<3>(d)).id;
+  };
+  const auto reference_name = [&](reference::ReferenceLcc::Dart_const_handle d) {
+    return reference::NameOf(reference.lcc(), d);
+  };
+  if (absl::Status s = reference::CompareMaps(reference.lcc(), global.map(), reference_name, name); !s.ok()) {
+    return s;
+  }
+  // What the blocks say together is what one map says.
+  auto count = map.Run("count", {});
+  if (!count.ok()) return count.status();
+  const auto vertices = static_cast<int64_t>(reference.lcc().template number_of_attributes<0>());
+  if (count->counts["vertices"] != vertices) {
+    return absl::InternalError(
+        absl::StrCat(count->counts["vertices"], " vertices counted, expected ", vertices));
+  }
+  auto hash = map.Run("hash", {});
+  if (!hash.ok()) return hash.status();
+  auto single = MakeAlgorithm("hash", {}, Environment(), global);
+  if (!single.ok()) return single.status();
+  std::vector<std::unique_ptr<BlockAlgorithm>> one;
+  one.push_back(*std::move(single));
+  auto expected = Simulator({}).RunPhase(one);
+  if (!expected.ok()) return expected.status();
+  if (hash->digest != expected->digest) {
+    return absl::InternalError(
+        absl::StrCat("hash ", hash->digest.ToString(), ", expected ", expected->digest.ToString()));
+  }
+  auto check = map.Run("check", {});
+  if (!check.ok()) return check.status();
+  if (check->counts["findings"] != 0) {
+    return absl::InternalError(absl::StrCat("check: ", absl::StrJoin(check->findings, "; ")));
+  }
+  return absl::OkStatus();
+}
+
+template <class Types>
+absl::Status TrimListed(SimulatedMap<Block<Types>>& map, const std::vector<CellId>& removed) {
+  const absl::flat_hash_set<CellId> listed(removed.begin(), removed.end());
+  for (auto& block : map.blocks()) {
+    auto& cells = block->map().template attributes<3>();
+    for (auto it = cells.begin(); it != cells.end(); ++it) {
+      auto& info = block->map().template info_of_attribute<3>(it);
+      info.state = listed.contains(info.id) ? CellState::kOutside : CellState::kInside;
+    }
+  }
+  auto report = map.Run("trim", Parameters().Set("keep", "inside"));
+  if (!report.ok()) return report.status();
+  if (report->counts["removed"] != static_cast<int64_t>(removed.size())) {
+    return absl::InternalError(
+        absl::StrCat(report->counts["removed"], " removed, expected ", removed.size()));
+  }
+  return absl::OkStatus();
+}
+
+template <class Types>
+absl::Status RunCase(const RandomCase& random_case, const PropertyVariant& variant) {
+  ReferenceMap reference =
+      ReferenceMap::Build(random_case.grid[0], random_case.grid[1], random_case.grid[2],
+                          [&](uint32_t i, uint32_t j, uint32_t k) { return random_case.Corner(i, j, k); });
+  for (const CellId& id : random_case.refined) {
+    if (absl::Status s = reference.Refine(id); !s.ok()) return s;
+  }
+  SimulatedMap<Block<Types>> map(random_case.blocks, variant.routing, variant.simulator);
+  absl::Status status = map.BuildGrid(
+      random_case.grid, [&](uint32_t i, uint32_t j, uint32_t k) { return random_case.Corner(i, j, k); },
+      random_case.block_of);
+  if (!status.ok()) return status;
+  if (status = map.RefineList(random_case.refined, variant.by_level); !status.ok()) return status;
+  if (status = CompareWithReference<Types>(map, reference); !status.ok()) return status;
+  if (random_case.removed.empty()) return absl::OkStatus();
+  for (const CellId& id : random_case.removed) {
+    if (absl::Status s = reference.Remove(id); !s.ok()) return s;
+  }
+  if (status = TrimListed<Types>(map, random_case.removed); !status.ok()) return status;
+  status = CompareWithReference<Types>(map, reference);
+  return status.ok() ? status
+                     : absl::Status(status.code(), absl::StrCat("after removal: ", status.message()));
+}
+
+}  // namespace
+
+template <class BlockT>
+absl::Status SimulatedMap<BlockT>::RefineList(const std::vector<CellId>& refined, bool by_level) {
+  int depth = 0;
+  for (const CellId& id : refined) depth = std::max(depth, id.level() + 1);
+  Parameters parameters;
+  parameters.Set("oracle", "list").Set("depth", int64_t{depth});
+  parameters.Set("cells", absl::StrJoin(refined, " ", [](std::string* out, const CellId& id) {
+                   absl::StrAppend(out, id.ToString());
+                 }));
+  int64_t total = 0;
+  for (int level = by_level ? 0 : depth - 1; level < depth; ++level) {
+    if (by_level) parameters.Set("level", int64_t{level});
+    auto report = Run("refine", parameters);
+    if (!report.ok()) return report.status();
+    total += report->counts["refined"];
+  }
+  if (total != static_cast<int64_t>(refined.size())) {
+    return absl::InternalError(absl::StrCat(total, " hexahedra refined, expected ", refined.size()));
+  }
+  return absl::OkStatus();
+}
+template class SimulatedMap<Block3>;
+template class SimulatedMap<Block3OnCgalStorage>;
+
+PropertyVariant VariantOf(uint64_t seed) {
+  PropertyVariant variant;
+  std::mt19937_64 random(seed * 2 + 1);
+  variant.routing = random() % 2 == 0 ? Routing::kDirect : Routing::kBroadcast;
+  variant.by_level = random() % 3 == 0;
+  variant.simulator.seed = seed;
+  variant.simulator.ordered_channels = random() % 5 == 0;
+  variant.simulator.duplicates_per_mille = static_cast<int>(random() % 300);
+  variant.simulator.largest_slice = 1 + static_cast<int>(random() % 32);
+  return variant;
+}
+
+absl::Status RunPropertyCase(const RandomCase& random_case, const PropertyVariant& variant,
+                             StorageKind storage) {
+  const absl::Status status = storage == StorageKind::kFlat
+                                  ? RunCase<MapTypes<3, StorageKind::kFlat>>(random_case, variant)
+                                  : RunCase<MapTypes<3, StorageKind::kCgal>>(random_case, variant);
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(random_case.Describe(), ": ", status.message(),
+                                                  " (replay: ndmap_property --seed ", random_case.seed, ")"));
+}
+
+absl::Status RunPropertyCase(uint64_t seed, StorageKind storage) {
+  return RunPropertyCase(reference::MakeRandomCase(seed), VariantOf(seed), storage);
+}
+
+}  // namespace ndmap

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The central property, for one random case: the global map depends only on which hexahedra were refined.
+// Blocks are built, refined and trimmed by the very algorithms that services host, in the simulator; then the
+// gathered map must be isomorphic to the reference (plain CGAL, insert_* only), points bit for bit.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/algorithm/block_algorithm.h"
+#include "core/algorithm/build/build.h"
+#include "core/algorithm/registry.h"
+#include "core/map/gather.h"
+#include "core/sim/simulator.h"
+#include "tests/reference/random_case.h"
+
+namespace ndmap {
+
+// How a case is run; follows from the seed unless a test wants one way.
+struct PropertyVariant {
+  Routing routing = Routing::kDirect;
+  // One phase a level, or all levels in one.
+  bool by_level = true;
+  SimulatorOptions simulator;
+};
+PropertyVariant VariantOf(uint64_t seed);
+
+// A map in blocks, with the phases that change it.
+template <class BlockT>
+class SimulatedMap {
+ public:
+  SimulatedMap(uint32_t blocks, Routing routing, const SimulatorOptions& options)
+      : routing_(routing), simulator_(options) {
+    for (uint32_t b = 0; b < blocks; ++b) blocks_.push_back(std::make_unique<BlockT>(BlockId{b}));
+  }
+
+  absl::Status BuildGrid(const std::array<uint32_t, 3>& cells, typename Build<BlockT>::CornerFunction corner,
+                         const std::vector<uint32_t>& block_of) {
+    std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
+    for (auto& block : blocks_) {
+      algorithms.push_back(
+          std::make_unique<Build<BlockT>>(cells, corner, Assignment::FromTable(block_of), routing_, *block));
+    }
+    return simulator_.RunPhase(algorithms).status();
+  }
+
+  absl::StatusOr<Report> Run(absl::string_view algorithm, const Parameters& parameters) {
+    std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
+    for (auto& block : blocks_) {
+      Environment environment{block->id(), static_cast<uint32_t>(blocks_.size()), routing_, surface_,
+                              nullptr};
+      auto made = MakeAlgorithm(algorithm, parameters, environment, *block);
+      if (!made.ok()) return made.status();
+      algorithms.push_back(*std::move(made));
+    }
+    return simulator_.RunPhase(algorithms);
+  }
+
+  // Refines the listed hexahedra, parents before children.
+  absl::Status RefineList(const std::vector<CellId>& refined, bool by_level);
+
+  std::vector<std::unique_ptr<BlockT>>& blocks() { return blocks_; }
+  void set_surface(std::shared_ptr<const TriangleSurface> surface) { surface_ = std::move(surface); }
+  const Simulator& simulator() const { return simulator_; }
+
+ private:
+  const Routing routing_;
+  Simulator simulator_;
+  std::shared_ptr<const TriangleSurface> surface_;
+  std::vector<std::unique_ptr<BlockT>> blocks_;
+};
+
+// OK, or what differs. kMessagesKept etc. are asserted by the phases themselves (Finish).
+absl::Status RunPropertyCase(uint64_t seed, StorageKind storage);
+absl::Status RunPropertyCase(const reference::RandomCase& random_case, const PropertyVariant& variant,
+                             StorageKind storage);
+
+}  // namespace ndmap
