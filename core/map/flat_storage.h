@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The storage of CGAL's linear cell complex for maps whose Items are MapItems<n, kSlots, true>: darts in
-// columns of 32-bit indices, attributes in chunks at stable addresses (core/map/flat_containers.h). All
-// operations of CGAL work on it, with these differences from CGAL's own storage:
+// columns of 32-bit indices, attributes in chunks at stable addresses (core/map/flat_containers.h). A dart of
+// a 3-map takes 26 bytes with the attributes of vertices and volumes (measured: 26.0 resident, 64.3 with
+// CGAL's own storage), each slot 4 more. CGAL's operations work on it, with these differences from CGAL's own
+// storage:
 // - handles of darts and attributes are 4 bytes and cannot be dereferenced: ask the map
 // (info_of_attribute<i>(a),
-//   point_of_vertex_attribute(v), …), which works for both storages;
+//   point_of_vertex_attribute(v), …), which works for both storages; hence CGAL's XML reader does not
+//   compile;
 // - const handles are the same type as handles;
 // - darts and attributes are walked in the order of their indices, and elements added meanwhile may be met;
-// - 16 marks, at most 2^31 darts; std::bad_alloc when memory or indices run out, with the map unchanged.
+// - 16 marks, so a copy into a map of CGAL's storage, which has 32, must be made without marks: CGAL asks the
+//   source for all 32; at most 2^31 darts; std::bad_alloc when memory or indices run out, with the map
+//   unchanged.
 // The index of a dart is stable until the dart is erased; then it is given to a later dart.
 #pragma once
 

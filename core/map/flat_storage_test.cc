@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <functional>
+#include <limits>
+#include <new>
 #include <vector>
 
+#include "absl/hash/hash_testing.h"
 #include "core/map/dart_index.h"
 #include "core/map/map_types.h"
 
@@ -107,6 +111,92 @@ TYPED_TEST(FlatStorageTest, WalkingGoesOnWhileDartsAreMadeAndErased) {
   }
   EXPECT_EQ(walked, 100);
   EXPECT_EQ(map.number_of_darts(), 50u);
+}
+
+// What CGAL offers beside the operations that flat_storage_random_test.cc compares.
+TYPED_TEST(FlatStorageTest, ConstantMapsAreWalkedAndCopiedIntoCgalStorage) {
+  typename TypeParam::Flat::Lcc map;
+  const auto d = map.make_combinatorial_hexahedron();
+  int vertices = 0;
+  for (auto it = map.template darts_of_orbit<1, 2>(d).begin(),
+            end = map.template darts_of_orbit<1, 2>(d).end();
+       it != end; ++it) {
+    if (map.vertex_attribute(it) != nullptr) continue;
+    map.set_vertex_attribute(it, map.create_vertex_attribute());
+    ++vertices;
+  }
+  EXPECT_EQ(vertices, 8);
+  const auto& constant = map;
+  int faces = 0, walked = 0;
+  for (auto it = constant.template one_dart_per_cell<2>().begin(),
+            end = constant.template one_dart_per_cell<2>().end();
+       it != end; ++it) {
+    faces += constant.template is_free<0>(it) ? 0 : 1;
+  }
+  for (auto it = constant.vertex_attributes().begin(); it != constant.vertex_attributes().end(); ++it) {
+    EXPECT_TRUE(it->is_valid());
+    ++walked;
+  }
+  EXPECT_EQ(faces, 6);
+  EXPECT_EQ(walked, 8);
+  typename TypeParam::Cgal::Lcc cgal;
+  cgal.copy_from_const(constant, nullptr, nullptr, false);
+  EXPECT_TRUE(map.is_isomorphic_to(cgal, false, false, true));
+}
+
+TEST(FlatHandle, IsHashableAndOrderedAndNullUntilItIsSet) {
+  EXPECT_TRUE(
+      absl::VerifyTypeImplementsAbslHashCorrectly({FlatDart(), kNullFlatDart, FlatDart(7u), FlatDart(8u)}));
+  EXPECT_TRUE(FlatDart() == nullptr);
+  EXPECT_TRUE(kNullFlatDart != nullptr);
+  EXPECT_LT(FlatDart(7u), FlatDart(8u));
+  EXPECT_NE(std::hash<FlatDart>()(FlatDart(7u)), std::hash<FlatDart>()(FlatDart(8u)));
+}
+
+TEST(GrowableArray, ThrowsWhenThereIsNoMemoryAndKeepsWhatItHas) {
+  GrowableArray<uint32_t> array;
+  array.Reserve(1000);
+  const size_t capacity = array.capacity();
+  for (uint32_t i = 0; i < capacity; ++i) array[i] = i;
+  // More than the address space of a process.
+  EXPECT_THROW(array.Reserve(size_t{1} << 46), std::bad_alloc);
+  EXPECT_THROW(array.Reserve(std::numeric_limits<size_t>::max()), std::bad_alloc);
+  EXPECT_EQ(array.capacity(), capacity);
+  array.Reserve(capacity + 1);
+  EXPECT_GE(array.capacity(), 2 * capacity);
+  for (uint32_t i = 0; i < capacity; ++i) ASSERT_EQ(array[i], i);
+  for (size_t i = capacity; i < array.capacity(); ++i) ASSERT_EQ(array[i], 0u);
+  array.Release();
+  EXPECT_EQ(array.capacity(), 0u);
+}
+
+TEST(FlatPool, DestroysEachAttributeOnce) {
+  static int alive = 0;
+  struct Counted {
+    explicit Counted(int v) : value(v) {
+      if (v < 0) throw std::bad_alloc();
+      ++alive;
+    }
+    Counted(const Counted& other) : Counted(other.value) {}
+    ~Counted() { --alive; }
+    int value;
+  };
+  {
+    internal::FlatPool<Counted> pool;
+    std::vector<FlatHandle<Counted>> handles;
+    for (int i = 0; i < 20000; ++i) handles.push_back(pool.emplace(i));
+    for (int i = 0; i < 20000; i += 2) pool.erase(handles[i]);
+    EXPECT_EQ(alive, 10000);
+    EXPECT_THROW(pool.emplace(-1), std::bad_alloc);
+    EXPECT_EQ(pool.emplace(5).index, 19998u) << "the last erased is used first, also after a failure";
+    EXPECT_EQ(pool.emplace(6).index, 19996u);
+    int sum = 0;
+    for (const Counted& c : pool) sum += c.value % 2;
+    EXPECT_EQ(sum, 10001);
+    EXPECT_FALSE(pool.is_used(size_t{0}));
+    EXPECT_FALSE(pool.is_used(FlatHandle<Counted>()));
+  }
+  EXPECT_EQ(alive, 0);
 }
 
 }  // namespace
