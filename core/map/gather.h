@@ -26,7 +26,7 @@ typename Types::Coordinates CoordinatesOf(const typename Types::Lcc& map, typena
 }
 
 template <class Types>
-using DartMap = absl::flat_hash_map<typename Types::Dart, typename Types::Dart, HandleHash>;
+using DartMap = absl::flat_hash_map<typename Types::Dart, typename Types::Dart, HandleHash<typename Types::Dart>>;
 
 // Copies darts of `from` for which take(d), with their betas among each other, into `to`.
 template <class Types, class Take>

@@ -6,8 +6,9 @@
 
 namespace ndmap {
 
+// Of one type, so that what merely converts to a handle is converted first.
+template <class Handle>
 struct HandleHash {
-  template <class Handle>
   size_t operator()(const Handle& handle) const {
     if constexpr (requires { handle.operator->(); }) {
       return absl::Hash<const void*>()(handle.operator->());

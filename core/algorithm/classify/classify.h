@@ -137,7 +137,7 @@ class Classify final : public BlockAlgorithm {
   BlockT& block_;
   Lcc& map_;
   std::vector<Cell> cells_;
-  absl::flat_hash_map<Cell, uint32_t, HandleHash> number_of_;
+  absl::flat_hash_map<Cell, uint32_t, HandleHash<Cell>> number_of_;
   std::vector<uint32_t> group_;
   size_t tested_ = 0;
   uint32_t joined_ = 0;

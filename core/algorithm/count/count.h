@@ -143,7 +143,7 @@ class Count final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
-  absl::flat_hash_map<Vertex, Shared, HandleHash> shared_;
+  absl::flat_hash_map<Vertex, Shared, HandleHash<Vertex>> shared_;
   std::vector<Vertex> changed_;
   Report report_;
 };

@@ -216,7 +216,7 @@ class Trim final : public BlockAlgorithm {
   std::vector<Cell> todo_;
   std::vector<Dart> darts_;
   // Darts that lost the dart beyond their face and are still here.
-  absl::flat_hash_set<Dart, HandleHash> touched_;
+  absl::flat_hash_set<Dart, HandleHash<Dart>> touched_;
   int64_t removed_ = 0;
 };
 
