@@ -33,3 +33,5 @@ if(NDMAP_SANITIZE MATCHES "thread")
   target_compile_definitions(ndmap_options INTERFACE NDMAP_THREAD_SANITIZER=1)
 endif()
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+# Real meshes to test with, where there are any.
+set(NDMAP_MESHES "${PROJECT_SOURCE_DIR}/../shared/meshes" CACHE PATH "Folder of test meshes (optional)")

@@ -106,15 +106,22 @@ ParityIndex::ParityIndex(std::shared_ptr<const TriangleSurface> surface)
   ForEachEntry([&](size_t cell, uint32_t triangle) { entries_[next[cell]++] = triangle; });
 }
 
-bool ParityIndex::Inside(const Point3& point) const {
+void ParityIndex::EntriesAt(const Point3& point, uint64_t* first, uint64_t* end) const {
+  *first = *end = 0;
   for (int c = 0; c < 3; ++c) {
-    if (point[c] < box_.lo[c] || point[c] > box_.hi[c]) return false;
+    if (!(point[c] >= box_.lo[c] && point[c] <= box_.hi[c])) return;
   }
   const size_t cell = size_t{CellAlong(0, point[1])} * cells_ + CellAlong(1, point[2]);
-  bool inside = false;
-  for (uint64_t i = first_[cell]; i < first_[cell + 1]; ++i)
-    inside ^= RayCrosses(*surface_, entries_[i], point);
-  return inside;
+  *first = first_[cell];
+  *end = first_[cell + 1];
+}
+
+bool ParityIndex::Crosses(uint32_t triangle, const Point3& point) const {
+  return RayCrosses(*surface_, triangle, point);
+}
+
+bool ParityIndex::Inside(const Point3& point) const {
+  return Inside(point, [](uint32_t) { return true; });
 }
 
 }  // namespace ndmap

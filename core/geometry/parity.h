@@ -27,6 +27,9 @@ class ParityIndex {
 
   // O(triangles over the point's yz cell).
   bool Inside(const Point3& point) const;
+  // Counting only the triangles for which counts(triangle).
+  template <class F>
+  bool Inside(const Point3& point, F counts) const;
 
  private:
   // The grid cell along y (axis 0) or z (axis 1); never falls when the coordinate rises, so a point within a
@@ -40,6 +43,9 @@ class ParityIndex {
   template <class F>
   void ForEachEntry(F f) const;
   uint64_t CountEntries() const;
+  // The entries of the point's cell: from *first to *end.
+  void EntriesAt(const Point3& point, uint64_t* first, uint64_t* end) const;
+  bool Crosses(uint32_t triangle, const Point3& point) const;
 
   std::shared_ptr<const TriangleSurface> surface_;
   Box3 box_;
@@ -47,5 +53,14 @@ class ParityIndex {
   std::vector<uint64_t> first_;  // The entries of cell i are entries_[first_[i]] to entries_[first_[i + 1]].
   std::vector<uint32_t> entries_;
 };
+
+template <class F>
+bool ParityIndex::Inside(const Point3& point, F counts) const {
+  uint64_t first, end;
+  EntriesAt(point, &first, &end);
+  bool inside = false;
+  for (uint64_t i = first; i < end; ++i) inside ^= counts(entries_[i]) && Crosses(entries_[i], point);
+  return inside;
+}
 
 }  // namespace ndmap
