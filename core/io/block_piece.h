@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Reads a block into a VTU piece, some hexahedra at a time, so that whoever hosts the block can do other
+// things between.
+//
+// Numbers in files: the grid's corners at the finest level L for which all have 64-bit numbers form a
+// lattice; a point's id is its number in it, a cell's id the number of its first finest cell along its
+// octree. Both depend on the grid alone, so pieces agree without asking each other.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/geometry/grid_shape.h"
+#include "core/io/vtu_writer.h"
+#include "core/map/block.h"
+
+namespace ndmap {
+
+enum class VtuCells {
+  kHexahedra,  // VTK_HEXAHEDRON: eight corners; points of finer neighbours hang on edges and faces
+  kPolyhedra,  // VTK_POLYHEDRON: every face and point of the map, so that neighbours share whole faces
+};
+
+class BlockPiece {
+ public:
+  BlockPiece(const GridShape& grid, VtuCells cells);
+
+  // The finest level that the numbers of this grid reach.
+  int finest_level() const { return finest_; }
+
+  // Reads up to `budget` hexahedra; true when all are read. ABORTED when the block changed since the first
+  // call, OUT_OF_RANGE when a hexahedron is finer than the numbers reach.
+  absl::StatusOr<bool> Step(Block3& block, size_t budget);
+
+  // What was read; after Step() was true.
+  const VtuPiece& piece() const { return piece_; }
+
+ private:
+  using Dart = Block3::Dart;
+  using Cell = Block3::Types::Cell;
+  using Lattice = std::array<int64_t, 3>;
+
+  absl::Status AddCell(Block3& block, Cell cell);
+  absl::Status AddFaces(Block3& block, Cell cell, const VtuCell& what);
+  int64_t AddPoint(const Point3& point, const Lattice& at);
+  // The lattice point at a place, for points that are corners of other blocks' hexahedra only.
+  absl::StatusOr<Lattice> LatticeAt(const Point3& point) const;
+
+  const GridShape grid_;
+  const VtuCells cells_;
+  int finest_ = 0;
+  std::vector<Cell> todo_;
+  bool begun_ = false;
+  uint64_t version_ = 0;
+  VtuPiece piece_;
+  absl::flat_hash_map<int64_t, int64_t> point_of_id_;
+};
+
+}  // namespace ndmap
