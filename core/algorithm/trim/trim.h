@@ -92,15 +92,16 @@ class Trim final : public BlockAlgorithm {
       RemoveCell(todo_.back(), out);
       todo_.pop_back();
     }
-    for (; steps < budget && todo_.empty() && !touched_.empty(); ++steps) {
-      const Dart d = *touched_.begin();
-      SplitVertex(d);
+    for (; steps < budget && todo_.empty() && !order_.empty(); ++steps) {
+      const Dart d = order_.back();
+      order_.pop_back();
+      if (touched_.contains(d)) SplitVertex(d);
     }
     block_.Touch();
     return steps;
   }
 
-  bool HasWork() const override { return !todo_.empty() || !touched_.empty(); }
+  bool HasWork() const override { return !todo_.empty() || !order_.empty(); }
   void Cancel() override { todo_.clear(); }
   absl::Status Finish() override { return absl::OkStatus(); }
 
@@ -130,7 +131,9 @@ class Trim final : public BlockAlgorithm {
       if (block_.IsCritical(d)) {
         TellRemoved(d, out);
       } else if (!map_.template is_free<3>(d)) {
-        touched_.insert(map_.template beta<3>(d));
+        const Dart beyond = map_.template beta<3>(d);
+        touched_.insert(beyond);
+        order_.push_back(beyond);
         map_.template unlink_beta_for_involution<3>(d);
       }
     }
@@ -215,8 +218,9 @@ class Trim final : public BlockAlgorithm {
   Lcc& map_;
   std::vector<Cell> todo_;
   std::vector<Dart> darts_;
-  // Darts that lost the dart beyond their face and are still here.
+  // Darts that lost the dart beyond their face and are still here; and all that ever did, in order.
   absl::flat_hash_set<Dart, HandleHash<Dart>> touched_;
+  std::vector<Dart> order_;
   int64_t removed_ = 0;
 };
 
