@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "coordinator/create_map.h"
+
+#include <cmath>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "core/algorithm/build/assignment.h"
+#include "core/algorithm/build/build.h"
+#include "core/geometry/grid_shape.h"
+#include "service/names.h"
+
+namespace ndmap::coordinator {
+namespace {
+
+// An assignment takes memory and time by the cell; more hexahedra come by refinement.
+constexpr uint64_t kMaxInitialCells = uint64_t{1} << 26;
+
+absl::StatusOr<GridShape> ToGrid(const v1::Grid& grid) {
+  if (grid.cells_size() != 3 || grid.lo_size() != 3 || grid.hi_size() != 3) {
+    return absl::InvalidArgumentError("a grid has three numbers each of cells, lo and hi");
+  }
+  GridShape shape;
+  uint64_t count = 1;
+  for (int i = 0; i < 3; ++i) {
+    shape.cells[i] = grid.cells(i);
+    shape.lo[i] = grid.lo(i);
+    shape.hi[i] = grid.hi(i);
+    if (!std::isfinite(shape.lo[i]) || !std::isfinite(shape.hi[i]) || shape.lo[i] >= shape.hi[i]) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the grid runs from ", shape.lo[i], " to ", shape.hi[i], " in axis ", i));
+    }
+    if (grid.cells(i) == 0 || grid.cells(i) > kMaxInitialCells / count) {
+      return absl::InvalidArgumentError(absl::StrCat("a grid of ", grid.cells(0), "x", grid.cells(1), "x",
+                                                     grid.cells(2), " cells; 1 to ", kMaxInitialCells,
+                                                     " are allowed"));
+    }
+    count *= grid.cells(i);
+  }
+  return shape;
+}
+
+}  // namespace
+
+absl::StatusOr<std::pair<v1::Map, v1::Phase>> PlanMap(const v1::CreateMapRequest& request,
+                                                      const TriangleSurface* surface) {
+  absl::StatusOr<GridShape> grid = ToGrid(request.grid());
+  if (!grid.ok()) return grid.status();
+  if (request.depth() > 31)
+    return absl::InvalidArgumentError(absl::StrCat("a depth of ", request.depth(), " is over 31"));
+  const std::string partition = request.partition().empty() ? "hilbert" : request.partition();
+  if (absl::Status status = service::CheckName("partition", partition); !status.ok()) return status;
+
+  v1::Phase build;
+  build.set_algorithm("build");
+  *build.mutable_parameters() = request.parameters();
+  absl::StatusOr<Assignment> assignment =
+      request.parameters().contains("assignment")
+          ? Assignment::Decode(request.parameters().at("assignment"), grid->CellCount())
+          : MakeAssignment(*grid, request.block_count(), partition, surface,
+                           static_cast<int>(request.depth()));
+  if (!assignment.ok()) return assignment.status();
+  const Parameters parameters = GridParameters(*grid, *assignment);
+  for (const auto& [name, value] : parameters.values()) (*build.mutable_parameters())[name] = value;
+
+  v1::Map map;
+  map.set_map(request.map());
+  map.set_block_count(request.block_count());
+  map.set_routing(request.routing() == v1::ROUTING_UNSPECIFIED ? v1::ROUTING_DIRECT : request.routing());
+  map.set_surface_id(request.surface_id());
+  *map.mutable_grid() = request.grid();
+  map.set_partition(partition);
+  return std::make_pair(std::move(map), std::move(build));
+}
+
+}  // namespace ndmap::coordinator

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Servers and surfaces; maps and jobs are in state_jobs.cc.
+#include "coordinator/state.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/surface_transfer.h"
+
+namespace ndmap::coordinator {
+
+v1::RegisterServerResponse State::Register(const v1::RegisterServerRequest& request) {
+  v1::RegisterServerResponse response;
+  response.set_lease_milliseconds(static_cast<uint32_t>(absl::ToInt64Milliseconds(options_.lease)));
+  absl::MutexLock lock(&mutex_);
+  uint32_t id = 0;
+  for (const auto& [number, record] : servers_) {
+    if (record.server.address() == request.address()) id = number;
+  }
+  if (id == 0) id = servers_.empty() ? 1 : servers_.rbegin()->first + 1;
+  ServerRecord& record = servers_[id];
+  record.server.set_server_id(id);
+  record.server.set_incarnation(++last_incarnation_);
+  record.server.set_address(request.address());
+  *record.server.mutable_version() = request.version();
+  record.server.set_capacity(request.capacity());
+  record.last_seen = absl::Now();
+  response.set_server_id(id);
+  response.set_incarnation(last_incarnation_);
+  return response;
+}
+
+absl::Status State::Heartbeat(const v1::HeartbeatRequest& request) {
+  absl::MutexLock lock(&mutex_);
+  auto it = servers_.find(request.server_id());
+  if (it == servers_.end() || it->second.server.incarnation() != request.incarnation()) {
+    return absl::NotFoundError(
+        absl::StrCat("server ", request.server_id(), " is not known in this incarnation"));
+  }
+  it->second.last_seen = absl::Now();
+  return absl::OkStatus();
+}
+
+std::vector<v1::Server> State::Servers() const {
+  absl::MutexLock lock(&mutex_);
+  std::vector<v1::Server> result;
+  for (const auto& [id, record] : servers_) {
+    v1::Server server = record.server;
+    server.set_alive(Alive(record));
+    uint32_t blocks = 0;
+    for (const auto& [name, map] : maps_) {
+      for (const v1::BlockPlacement& placement : map.blocks()) blocks += placement.server_id() == id;
+    }
+    server.set_blocks(blocks);
+    result.push_back(std::move(server));
+  }
+  return result;
+}
+
+absl::Status State::CheckServer(uint32_t server_id, uint64_t incarnation) const {
+  absl::MutexLock lock(&mutex_);
+  auto it = servers_.find(server_id);
+  if (it == servers_.end())
+    return absl::UnavailableError(absl::StrCat("server ", server_id, " is not known"));
+  const ServerRecord& record = it->second;
+  const std::string name = absl::StrCat("server ", server_id, " (", record.server.address(), ")");
+  if (record.server.incarnation() != incarnation) {
+    return absl::UnavailableError(absl::StrCat(name, " was restarted and has lost its blocks"));
+  }
+  if (!Alive(record)) {
+    return absl::UnavailableError(
+        absl::StrCat(name, " is lost: no sign of life for ", absl::FormatDuration(options_.lease)));
+  }
+  return absl::OkStatus();
+}
+
+uint64_t State::SurfaceBytesLocked() const {
+  uint64_t bytes = 0;
+  for (const auto& [id, surface] : surfaces_) bytes += surface.bytes;
+  return bytes;
+}
+
+absl::Status State::CheckSurfaceRoom(uint64_t bytes) const {
+  absl::MutexLock lock(&mutex_);
+  const uint64_t kept = SurfaceBytesLocked();
+  if (bytes <= options_.max_surface_bytes && kept <= options_.max_surface_bytes - bytes)
+    return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("a surface of ", bytes, " bytes does not fit: ", kept, " of ", options_.max_surface_bytes,
+                   " bytes are taken (--max-surface-bytes); delete maps or surfaces"));
+}
+
+absl::Status State::AddSurface(const std::string& id, const std::string& name, TriangleSurface content) {
+  const uint64_t bytes = service::SurfaceBytes(content.points.size(), content.triangles.size());
+  {
+    absl::MutexLock lock(&mutex_);
+    if (surfaces_.contains(id)) return absl::OkStatus();
+  }
+  if (absl::Status status = CheckSurfaceRoom(bytes); !status.ok()) return status;
+  auto shared = std::make_shared<const TriangleSurface>(std::move(content));
+  absl::MutexLock lock(&mutex_);
+  surfaces_[id] = {name, std::move(shared), bytes};
+  return absl::OkStatus();
+}
+
+absl::StatusOr<State::Surface> State::FindSurface(const std::string& id) const {
+  absl::MutexLock lock(&mutex_);
+  auto it = surfaces_.find(id);
+  if (it == surfaces_.end()) {
+    return absl::NotFoundError(
+        absl::StrCat("there is no surface \"", id.substr(0, 64), "\": upload it first"));
+  }
+  return it->second;
+}
+
+absl::Status State::DeleteSurface(const std::string& id) {
+  absl::MutexLock lock(&mutex_);
+  for (const auto& [name, map] : maps_) {
+    if (map.surface_id() == id) {
+      return absl::FailedPreconditionError(absl::StrCat("map \"", name, "\" uses surface ", id));
+    }
+  }
+  if (surfaces_.erase(id) == 0) {
+    return absl::NotFoundError(absl::StrCat("there is no surface \"", id.substr(0, 64), "\""));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace ndmap::coordinator

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the coordinator knows: servers, surfaces, maps, jobs. Every method is one atomic step; nothing here
+// waits for the network, except Wait...() for a change of the state.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "core/geometry/surface.h"
+#include "ndmap/v1/coordinator.pb.h"
+
+namespace ndmap::coordinator {
+
+struct StateOptions {
+  absl::Duration lease = absl::Seconds(10);
+  // Of all surfaces that are kept.
+  uint64_t max_surface_bytes = uint64_t{4} << 30;
+};
+
+class State {
+ public:
+  explicit State(StateOptions options) : options_(options) {}
+
+  // --- Servers. ---
+  // Also renames nothing: an address that was there before keeps its number and gets a new incarnation.
+  v1::RegisterServerResponse Register(const v1::RegisterServerRequest& request);
+  absl::Status Heartbeat(const v1::HeartbeatRequest& request);
+  std::vector<v1::Server> Servers() const;
+  // OK while the server is in this incarnation and its lease runs; otherwise UNAVAILABLE that names it.
+  absl::Status CheckServer(uint32_t server_id, uint64_t incarnation) const;
+
+  // --- Surfaces. ---
+  absl::Status CheckSurfaceRoom(uint64_t bytes) const;
+  absl::Status AddSurface(const std::string& id, const std::string& name, TriangleSurface surface);
+  struct Surface {
+    std::string name;
+    std::shared_ptr<const TriangleSurface> content;
+    uint64_t bytes = 0;
+  };
+  absl::StatusOr<Surface> FindSurface(const std::string& id) const;
+  absl::Status DeleteSurface(const std::string& id);
+
+  // --- Maps and jobs. ---
+  // The map in state CREATING together with the job that creates it. ALREADY_EXISTS.
+  absl::StatusOr<v1::Job> AddMap(v1::Map map, v1::Phase build);
+  // FAILED_PRECONDITION naming the job that is in the way.
+  absl::StatusOr<v1::Job> AddJob(const v1::StartJobRequest& request, bool changes_map);
+  absl::StatusOr<v1::Map> FindMap(const std::string& map) const;
+  std::vector<v1::Map> Maps() const;
+  // Takes the map out. FAILED_PRECONDITION while a job runs on it.
+  absl::StatusOr<v1::Map> RemoveMap(const std::string& map);
+
+  absl::StatusOr<v1::Job> FindJob(uint64_t job) const;
+  // Without results; the newest last.
+  std::vector<v1::Job> Jobs(const std::string& map) const;
+  absl::StatusOr<v1::Job> CancelJob(uint64_t job);
+  bool CancelRequested(uint64_t job) const;
+  void SetProgress(uint64_t job, uint32_t phase, const std::string& algorithm,
+                   std::vector<v1::BlockProgress> blocks);
+  void AddResult(uint64_t job, v1::PhaseResult result);
+  // Ends the job and what follows for its map: a failed job that changes the map leaves it FAILED.
+  void EndJob(uint64_t job, const absl::Status& status, bool cancelled);
+  // The progress once it is newer than `revision` (which is brought up to date), or after `timeout` as it is.
+  absl::StatusOr<v1::JobProgress> WaitProgress(uint64_t job, uint64_t& revision,
+                                               absl::Duration timeout) const;
+  // No job is running any more.
+  bool WaitAllEnded(absl::Duration timeout) const;
+
+ private:
+  struct ServerRecord {
+    v1::Server server;
+    absl::Time last_seen;
+  };
+  struct JobRecord {
+    v1::Job job;
+    v1::JobProgress progress;
+    uint64_t revision = 1;
+    absl::Time started;
+  };
+
+  v1::Job NewJob(const std::string& map, const std::string& kind, bool changes_map,
+                 std::vector<v1::Phase> phases) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<JobRecord*> FindRecord(uint64_t job) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool Alive(const ServerRecord& record) const { return absl::Now() - record.last_seen < options_.lease; }
+  absl::Status CheckFree(const v1::Map& map, bool changes) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  uint64_t SurfaceBytesLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const StateOptions options_;
+  mutable absl::Mutex mutex_;
+  std::map<uint32_t, ServerRecord> servers_ ABSL_GUARDED_BY(mutex_);
+  uint64_t last_incarnation_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::map<std::string, Surface> surfaces_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, v1::Map> maps_ ABSL_GUARDED_BY(mutex_);
+  std::map<uint64_t, std::unique_ptr<JobRecord>> jobs_ ABSL_GUARDED_BY(mutex_);
+  uint64_t last_job_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace ndmap::coordinator

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Maps and their jobs.
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "coordinator/state.h"
+
+namespace ndmap::coordinator {
+namespace {
+
+// Ended jobs that are remembered.
+constexpr size_t kKeptJobs = 1000;
+
+double UnixSeconds(absl::Time t) { return absl::ToDoubleSeconds(t - absl::UnixEpoch()); }
+
+bool Running(const v1::Job& job) {
+  return job.state() == v1::JOB_STATE_RUNNING || job.state() == v1::JOB_STATE_CANCELLING;
+}
+
+absl::Status NoMap(const std::string& map) {
+  return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
+}
+
+}  // namespace
+
+v1::Job State::NewJob(const std::string& map, const std::string& kind, bool changes_map,
+                      std::vector<v1::Phase> phases) {
+  // The oldest that have ended are forgotten.
+  for (auto it = jobs_.begin(); jobs_.size() >= kKeptJobs && it != jobs_.end();) {
+    it = Running(it->second->job) ? std::next(it) : jobs_.erase(it);
+  }
+  auto record = std::make_unique<JobRecord>();
+  record->started = absl::Now();
+  v1::Job& job = record->job;
+  job.set_job(++last_job_);
+  job.set_map(map);
+  job.set_kind(kind);
+  job.set_state(v1::JOB_STATE_RUNNING);
+  job.set_changes_map(changes_map);
+  job.set_started(UnixSeconds(record->started));
+  for (v1::Phase& phase : phases) *job.add_phases() = std::move(phase);
+  record->progress.set_job(job.job());
+  record->progress.set_state(job.state());
+  record->progress.set_phase_count(static_cast<uint32_t>(job.phases_size()));
+  maps_[map].add_running_jobs(job.job());
+  v1::Job result = job;
+  jobs_.emplace(job.job(), std::move(record));
+  return result;
+}
+
+absl::StatusOr<v1::Job> State::AddMap(v1::Map map, v1::Phase build) {
+  absl::MutexLock lock(&mutex_);
+  if (maps_.contains(map.map())) {
+    return absl::AlreadyExistsError(absl::StrCat("there is a map \"", map.map(), "\" already"));
+  }
+  map.set_state(v1::MAP_STATE_CREATING);
+  const std::string name = map.map();
+  maps_[name] = std::move(map);
+  return NewJob(name, "create", true, {std::move(build)});
+}
+
+absl::Status State::CheckFree(const v1::Map& map, bool changes) const {
+  for (uint64_t number : map.running_jobs()) {
+    const v1::Job& other = jobs_.at(number)->job;
+    if (changes || other.changes_map()) {
+      return absl::FailedPreconditionError(absl::StrCat("job ", number, " (", other.kind(),
+                                                        ") is running on map \"", map.map(),
+                                                        "\": wait for it or cancel it"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::Job> State::AddJob(const v1::StartJobRequest& request, bool changes_map) {
+  absl::MutexLock lock(&mutex_);
+  auto it = maps_.find(request.map());
+  if (it == maps_.end()) return NoMap(request.map());
+  if (absl::Status status = CheckFree(it->second, changes_map); !status.ok()) return status;
+  if (it->second.state() == v1::MAP_STATE_FAILED && changes_map) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map \"", request.map(), "\" is not to be changed any more: ", it->second.error()));
+  }
+  return NewJob(request.map(), request.kind(), changes_map,
+                {request.phases().begin(), request.phases().end()});
+}
+
+absl::StatusOr<v1::Map> State::FindMap(const std::string& map) const {
+  absl::MutexLock lock(&mutex_);
+  auto it = maps_.find(map);
+  if (it == maps_.end()) return NoMap(map);
+  return it->second;
+}
+
+std::vector<v1::Map> State::Maps() const {
+  absl::MutexLock lock(&mutex_);
+  std::vector<v1::Map> result;
+  for (const auto& [name, map] : maps_) {
+    result.push_back(map);
+    result.back().clear_blocks();
+  }
+  return result;
+}
+
+absl::StatusOr<v1::Map> State::RemoveMap(const std::string& map) {
+  absl::MutexLock lock(&mutex_);
+  auto it = maps_.find(map);
+  if (it == maps_.end()) return NoMap(map);
+  if (absl::Status status = CheckFree(it->second, true); !status.ok()) return status;
+  v1::Map result = std::move(it->second);
+  maps_.erase(it);
+  return result;
+}
+
+absl::StatusOr<State::JobRecord*> State::FindRecord(uint64_t job) const {
+  auto it = jobs_.find(job);
+  if (it == jobs_.end()) return absl::NotFoundError(absl::StrCat("there is no job ", job));
+  return it->second.get();
+}
+
+absl::StatusOr<v1::Job> State::FindJob(uint64_t job) const {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  if (!record.ok()) return record.status();
+  return (*record)->job;
+}
+
+std::vector<v1::Job> State::Jobs(const std::string& map) const {
+  absl::MutexLock lock(&mutex_);
+  std::vector<v1::Job> result;
+  for (const auto& [number, record] : jobs_) {
+    if (!map.empty() && record->job.map() != map) continue;
+    result.push_back(record->job);
+    result.back().clear_results();
+  }
+  return result;
+}
+
+absl::StatusOr<v1::Job> State::CancelJob(uint64_t job) {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  if (!record.ok()) return record.status();
+  JobRecord& r = **record;
+  if (r.job.state() == v1::JOB_STATE_RUNNING) {
+    r.job.set_state(v1::JOB_STATE_CANCELLING);
+    r.progress.set_state(v1::JOB_STATE_CANCELLING);
+    ++r.revision;
+  }
+  return r.job;
+}
+
+bool State::CancelRequested(uint64_t job) const {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  return record.ok() && (*record)->job.state() == v1::JOB_STATE_CANCELLING;
+}
+
+void State::SetProgress(uint64_t job, uint32_t phase, const std::string& algorithm,
+                        std::vector<v1::BlockProgress> blocks) {
+  std::sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) { return a.block() < b.block(); });
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  if (!record.ok()) return;
+  v1::JobProgress& progress = (*record)->progress;
+  progress.set_phase_index(phase);
+  progress.set_algorithm(algorithm);
+  progress.clear_blocks();
+  for (v1::BlockProgress& block : blocks) *progress.add_blocks() = std::move(block);
+  progress.set_seconds(absl::ToDoubleSeconds(absl::Now() - (*record)->started));
+  ++(*record)->revision;
+}
+
+void State::AddResult(uint64_t job, v1::PhaseResult result) {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  if (!record.ok()) return;
+  *(*record)->job.add_results() = std::move(result);
+  (*record)->progress.set_phase_index(static_cast<uint32_t>((*record)->job.results_size()));
+  ++(*record)->revision;
+}
+
+void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled) {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<JobRecord*> record = FindRecord(number);
+  if (!record.ok()) return;
+  v1::Job& job = (*record)->job;
+  job.set_state(!status.ok() ? v1::JOB_STATE_FAILED
+                : cancelled  ? v1::JOB_STATE_CANCELLED
+                             : v1::JOB_STATE_DONE);
+  job.set_error(std::string(status.message()));
+  job.set_ended(UnixSeconds(absl::Now()));
+  v1::JobProgress& progress = (*record)->progress;
+  progress.set_state(job.state());
+  progress.set_error(job.error());
+  progress.set_seconds(job.ended() - job.started());
+  ++(*record)->revision;
+  auto it = maps_.find(job.map());
+  if (it == maps_.end()) return;
+  v1::Map& map = it->second;
+  auto* running = map.mutable_running_jobs();
+  running->erase(std::remove(running->begin(), running->end(), number), running->end());
+  const bool unmade = cancelled && map.state() == v1::MAP_STATE_CREATING;
+  if (job.changes_map() && (!status.ok() || unmade)) {
+    map.set_state(v1::MAP_STATE_FAILED);
+    map.set_error(
+        absl::StrCat("job ", number, " (", job.kind(), ") ",
+                     unmade && status.ok() ? "was cancelled" : absl::StrCat("failed: ", job.error())));
+  } else if (map.state() == v1::MAP_STATE_CREATING) {
+    map.set_state(v1::MAP_STATE_READY);
+  }
+}
+
+absl::StatusOr<v1::JobProgress> State::WaitProgress(uint64_t job, uint64_t& revision,
+                                                    absl::Duration timeout) const {
+  absl::MutexLock lock(&mutex_);
+  auto newer = [this, job, &revision]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    absl::StatusOr<JobRecord*> record = FindRecord(job);
+    return !record.ok() || (*record)->revision > revision;
+  };
+  mutex_.AwaitWithTimeout(absl::Condition(&newer), timeout);
+  absl::StatusOr<JobRecord*> record = FindRecord(job);
+  if (!record.ok()) return record.status();
+  revision = (*record)->revision;
+  return (*record)->progress;
+}
+
+bool State::WaitAllEnded(absl::Duration timeout) const {
+  absl::MutexLock lock(&mutex_);
+  auto ended = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return std::none_of(jobs_.begin(), jobs_.end(), [](const auto& j) { return Running(j.second->job); });
+  };
+  return mutex_.AwaitWithTimeout(absl::Condition(&ended), timeout);
+}
+
+}  // namespace ndmap::coordinator

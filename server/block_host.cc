@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/block_host.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/blocking_counter.h"
+#include "absl/synchronization/notification.h"
+#include "server/hosted_map.h"
+#include "server/wire.h"
+#include "service/names.h"
+
+namespace ndmap::server {
+
+// Finds the process of a destination: this one (memory) or another (streams).
+class BlockHost::Router : public PeerTransport {
+ public:
+  explicit Router(BlockHost* host) : host_(host) {}
+  void Send(Envelope envelope, Taken taken) override {
+    std::string address;
+    if (absl::StatusOr<std::shared_ptr<HostedMap>> map = host_->Find(envelope.map); map.ok()) {
+      absl::MutexLock lock(&(*map)->mutex);
+      if (envelope.destination.value < (*map)->addresses.size()) {
+        address = (*map)->addresses[envelope.destination.value];
+      }
+    }
+    if (address.empty() || address == host_->address_) {
+      host_->Deliver(std::move(envelope), std::move(taken));
+    } else {
+      host_->streams_.Send(address, envelope, std::move(taken));
+    }
+  }
+
+ private:
+  BlockHost* const host_;
+};
+
+BlockHost::BlockHost(HostOptions options)
+    : options_(std::move(options)),
+      router_(std::make_unique<Router>(this)),
+      wrapped_(options_.wrap_transport ? options_.wrap_transport(router_.get()) : nullptr),
+      pool_(options_.threads > 0 ? options_.threads : std::max(std::thread::hardware_concurrency(), 1u)) {}
+
+BlockHost::~BlockHost() { Stop(); }
+
+void BlockHost::StopWaiting() {
+  absl::MutexLock lock(&mutex_);
+  stopping_ = true;
+  for (auto& [name, map] : maps_) {
+    absl::MutexLock map_lock(&map->mutex);
+    ++map->rests;
+  }
+}
+
+void BlockHost::Stop() {
+  StopWaiting();
+  streams_.Stop();
+  pool_.Stop();
+}
+
+absl::StatusOr<std::shared_ptr<BlockHost::HostedMap>> BlockHost::Find(absl::string_view map) const {
+  absl::MutexLock lock(&mutex_);
+  auto it = maps_.find(map);
+  if (it != maps_.end()) return it->second;
+  if (absl::Status status = service::CheckName("map", map); !status.ok()) return status;
+  return absl::NotFoundError(absl::StrCat("server ", address_, " has no map \"", map, "\""));
+}
+
+absl::StatusOr<BlockHost::HostedBlock*> BlockHost::FindBlock(HostedMap& map, uint32_t block) const {
+  auto it = map.blocks.find(block);
+  if (it != map.blocks.end()) return it->second.get();
+  return absl::NotFoundError(
+      absl::StrCat("server ", address_, " does not have block ", block, " of map \"", map.name, "\""));
+}
+
+void BlockHost::PutSurface(const std::string& id, TriangleSurface surface) {
+  auto shared = std::make_shared<const TriangleSurface>(std::move(surface));
+  absl::MutexLock lock(&mutex_);
+  surfaces_[id] = std::move(shared);
+}
+
+absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
+  if (absl::Status status = service::CheckName("map", request.map()); !status.ok()) return status;
+  if (request.block_count() < 1 || request.block_count() > service::kMaxBlocks) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a map has 1 to ", service::kMaxBlocks, " blocks, not ", request.block_count()));
+  }
+  auto map = std::make_shared<HostedMap>();
+  map->name = request.map();
+  map->block_count = request.block_count();
+  map->routing = request.routing() == v1::ROUTING_BROADCAST ? Routing::kBroadcast : Routing::kDirect;
+  PeerTransport* const transport = wrapped_ ? wrapped_.get() : router_.get();
+  for (uint32_t b : request.blocks()) {
+    if (b >= request.block_count()) {
+      return absl::InvalidArgumentError(absl::StrCat("block ", b, " of ", request.block_count()));
+    }
+    auto hosted = std::make_shared<HostedBlock>(BlockId{b});
+    BlockActor::Options options;
+    options.outstanding_limit = options_.outstanding_limit;
+    options.accounted_bytes = [block = &hosted->block] { return block->AccountedBytes(); };
+    options.on_rest = [weak = std::weak_ptr<HostedMap>(map)] {
+      if (std::shared_ptr<HostedMap> m = weak.lock()) {
+        absl::MutexLock lock(&m->mutex);
+        ++m->rests;
+      }
+    };
+    hosted->actor = std::make_shared<BlockActor>(BlockId{b}, &pool_, transport, std::move(options));
+    map->blocks.emplace(b, std::move(hosted));
+  }
+  if (absl::Status status = DropMap(request.map()); !status.ok() && !absl::IsNotFound(status)) return status;
+  absl::MutexLock lock(&mutex_);
+  if (!request.surface_id().empty()) {
+    auto it = surfaces_.find(request.surface_id());
+    if (it == surfaces_.end()) {
+      return absl::NotFoundError(absl::StrCat("server ", address_, " has no surface ", request.surface_id()));
+    }
+    map->surface = it->second;
+  }
+  maps_[request.map()] = std::move(map);
+  return absl::OkStatus();
+}
+
+absl::Status BlockHost::DropMap(const std::string& name) {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  Abandon(**map);
+  {
+    absl::MutexLock lock(&mutex_);
+    maps_.erase(name);
+  }
+  // The surfaces that only this table still holds go with it.
+  const std::shared_ptr<const TriangleSurface> surface = std::exchange((*map)->surface, nullptr);
+  absl::MutexLock lock(&mutex_);
+  const bool used =
+      std::any_of(maps_.begin(), maps_.end(), [&](const auto& m) { return m.second->surface == surface; });
+  if (surface != nullptr && !used) {
+    for (auto it = surfaces_.begin(); it != surfaces_.end();) {
+      auto next = std::next(it);
+      if (it->second == surface) surfaces_.erase(it);
+      it = next;
+    }
+  }
+  return absl::OkStatus();
+}
+
+void BlockHost::DropEverything() {
+  std::vector<std::string> names;
+  {
+    absl::MutexLock lock(&mutex_);
+    for (const auto& [name, map] : maps_) names.push_back(name);
+  }
+  for (const std::string& name : names) DropMap(name).IgnoreError();
+  absl::MutexLock lock(&mutex_);
+  surfaces_.clear();
+}
+
+void BlockHost::Abandon(HostedMap& map) {
+  {
+    absl::MutexLock lock(&map.mutex);
+    map.in_phase = false;
+    ++map.rests;
+  }
+  absl::BlockingCounter left(static_cast<int>(map.blocks.size()));
+  for (auto& [number, hosted] : map.blocks) hosted->actor->Abandon([&left] { left.DecrementCount(); });
+  left.Wait();
+  streams_.Discard(map.name);
+}
+
+void BlockHost::Deliver(Envelope envelope, Taken taken) {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(envelope.map);
+  if (map.ok()) {
+    if (auto it = (*map)->blocks.find(envelope.destination.value); it != (*map)->blocks.end()) {
+      it->second->actor->Deliver(std::move(envelope), std::move(taken));
+      return;
+    }
+  }
+  taken();
+}
+
+absl::Status BlockHost::Query(const std::string& name, uint32_t block,
+                              std::function<absl::Status(Block3&)> query) {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
+  if (!hosted.ok()) return hosted.status();
+  absl::Status result;
+  absl::Notification done;
+  (*hosted)->actor->Post([&] {
+    try {
+      result = query((*hosted)->block);
+    } catch (const std::exception& e) {
+      result = absl::InternalError(absl::StrCat("block ", block, ": ", e.what()));
+    }
+    done.Notify();
+  });
+  done.WaitForNotification();
+  return result;
+}
+
+absl::Status BlockHost::QuerySliced(const std::string& name, uint32_t block,
+                                    std::function<absl::StatusOr<bool>(Block3&)> step,
+                                    std::function<bool()> abandoned) {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
+  if (!hosted.ok()) return hosted.status();
+  absl::Status result;
+  absl::Notification done;
+  (*hosted)->actor->PostSliced([&]() -> bool {
+    absl::StatusOr<bool> over = true;
+    if (abandoned()) {
+      over = absl::CancelledError("the caller has gone");
+    } else {
+      try {
+        over = step((*hosted)->block);
+      } catch (const std::exception& e) {
+        over = absl::InternalError(absl::StrCat("block ", block, ": ", e.what()));
+      }
+    }
+    if (over.ok() && !*over) return false;
+    result = over.status();
+    done.Notify();
+    return true;
+  });
+  done.WaitForNotification();
+  return result;
+}
+
+absl::StatusOr<BlockHost::MapInfo> BlockHost::Info(const std::string& name) const {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  MapInfo info;
+  info.block_count = (*map)->block_count;
+  info.routing = (*map)->routing;
+  for (const auto& [number, hosted] : (*map)->blocks) info.blocks.push_back(number);
+  absl::MutexLock lock(&(*map)->mutex);
+  info.addresses = (*map)->addresses;
+  info.addresses.resize(info.block_count);
+  return info;
+}
+
+size_t BlockHost::map_count() const {
+  absl::MutexLock lock(&mutex_);
+  return maps_.size();
+}
+
+}  // namespace ndmap::server

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The blocks of one server process: makes and drops them, runs phases on them, delivers batches to them, lets
+// queries in. It knows no gRPC service; calls that wait are meant for threads that may (never a callback's).
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/synchronization/mutex.h"
+#include "core/algorithm/block_algorithm.h"
+#include "core/map/block.h"
+#include "ndmap/v1/block_service.pb.h"
+#include "server/actor.h"
+#include "server/peer_streams.h"
+#include "server/worker_pool.h"
+
+namespace ndmap::server {
+
+// MakeAlgorithm of core/algorithm/registry.h, or a test's.
+using AlgorithmFactory = std::function<absl::StatusOr<std::unique_ptr<BlockAlgorithm>>(
+    absl::string_view name, const Parameters& parameters, const Environment& environment, Block3& block)>;
+
+struct HostOptions {
+  // 0: as many as the machine has cores.
+  unsigned threads = 0;
+  uint64_t outstanding_limit = 8 << 20;
+  AlgorithmFactory factory;
+  // Lets a test put faults between the blocks and the transport.
+  std::function<std::unique_ptr<PeerTransport>(PeerTransport*)> wrap_transport;
+};
+
+class BlockHost {
+ public:
+  explicit BlockHost(HostOptions options);
+  ~BlockHost();
+  BlockHost(const BlockHost&) = delete;
+  BlockHost& operator=(const BlockHost&) = delete;
+
+  // Where this process is reached: batches to blocks placed at this address stay in memory. Before any phase.
+  void SetAddress(const std::string& address) { address_ = address; }
+
+  void PutSurface(const std::string& id, TriangleSurface surface);
+  absl::Status CreateBlocks(const v1::CreateBlocksRequest& request);
+  absl::Status DropMap(const std::string& map);
+  // After a new registration: the coordinator knows nothing of what was here.
+  void DropEverything();
+
+  // Phases: as block_service.proto has them. All wait until every block here has done its part.
+  absl::Status StartPhase(const v1::StartPhaseRequest& request);
+  absl::Status RunPhase(const v1::PhaseKey& key);
+  absl::Status PollPhase(const v1::PollPhaseRequest& request, v1::PollPhaseResponse& response);
+  absl::Status FinishPhase(const v1::PhaseKey& key, v1::FinishPhaseResponse& response);
+  absl::Status CancelPhase(const v1::PhaseKey& key, bool abandon);
+
+  // Hands a batch that came from another process to its block; never waits.
+  void Deliver(Envelope envelope, Taken taken);
+
+  // Runs `query` on the block between two steps of what runs there, and waits for it.
+  absl::Status Query(const std::string& map, uint32_t block, std::function<absl::Status(Block3&)> query);
+  // The same for long work: steps of about a millisecond until one returns true or an error. `abandoned`
+  // (checked before each step) ends it early.
+  absl::Status QuerySliced(const std::string& map, uint32_t block,
+                           std::function<absl::StatusOr<bool>(Block3&)> step,
+                           std::function<bool()> abandoned);
+
+  struct MapInfo {
+    uint32_t block_count = 0;
+    Routing routing = Routing::kDirect;
+    // The blocks here.
+    std::vector<uint32_t> blocks;
+    // Addresses by block, of the last phase; empty strings before the first.
+    std::vector<std::string> addresses;
+  };
+  absl::StatusOr<MapInfo> Info(const std::string& map) const;
+  size_t map_count() const;
+
+  const std::string& address() const { return address_; }
+  PeerStreams& streams() { return streams_; }
+  // Wakes PollPhase calls that wait; they answer at once from now on.
+  void StopWaiting();
+  // Ends threads and streams.
+  void Stop();
+
+ private:
+  struct HostedBlock;
+  struct HostedMap;
+  class Router;
+
+  absl::StatusOr<std::shared_ptr<HostedMap>> Find(absl::string_view map) const;
+  absl::StatusOr<std::shared_ptr<HostedMap>> FindPhase(const v1::PhaseKey& key) const;
+  absl::StatusOr<HostedBlock*> FindBlock(HostedMap& map, uint32_t block) const;
+  void Abandon(HostedMap& map);
+
+  HostOptions options_;
+  std::string address_;
+  PeerStreams streams_;
+  std::unique_ptr<Router> router_;
+  std::unique_ptr<PeerTransport> wrapped_;
+  WorkerPool pool_;
+
+  mutable absl::Mutex mutex_;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::flat_hash_map<std::string, std::shared_ptr<HostedMap>> maps_ ABSL_GUARDED_BY(mutex_);
+  absl::flat_hash_map<std::string, std::shared_ptr<const TriangleSurface>> surfaces_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace ndmap::server

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/block_service.h"
+
+#include <utility>
+#include <vector>
+
+#include "service/process_stats.h"
+#include "service/status.h"
+#include "service/surface_transfer.h"
+#include "service/version.h"
+
+namespace ndmap::server {
+
+using service::ToGrpc;
+
+namespace {
+
+constexpr char kProgram[] = "ndmap-server";
+
+}  // namespace
+
+grpc::Status BlockServiceImpl::GetVersion(grpc::ServerContext*, const v1::GetVersionRequest* request,
+                                          v1::GetVersionResponse* response) {
+  *response->mutable_version() = service::MakeVersion(kProgram);
+  if (!request->has_caller()) return grpc::Status::OK;
+  return ToGrpc(service::CheckVersion(response->version(), request->caller()));
+}
+
+grpc::Status BlockServiceImpl::GetProcessStats(grpc::ServerContext*, const v1::GetProcessStatsRequest*,
+                                               v1::GetProcessStatsResponse* response) {
+  *response->mutable_stats() = service::ReadProcessStats(kProgram, host_->address());
+  return grpc::Status::OK;
+}
+
+grpc::Status BlockServiceImpl::Beta(grpc::ServerContext*, const v1::BetaRequest* request,
+                                    v1::BetaResponse* response) {
+  return ToGrpc(walker_.Beta(*request, *response));
+}
+
+grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest* request,
+                                             v1::GetBlockStatsResponse* response) {
+  std::vector<uint32_t> blocks(request->blocks().begin(), request->blocks().end());
+  if (blocks.empty()) {
+    absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request->map());
+    if (!info.ok()) return ToGrpc(info.status());
+    blocks = info->blocks;
+  }
+  for (uint32_t b : blocks) {
+    v1::BlockStats* stats = response->add_blocks();
+    absl::Status status = host_->Query(request->map(), b, [&](Block3& block) {
+      stats->set_block(b);
+      stats->set_darts(block.map().number_of_darts());
+      stats->set_vertices(block.map().number_of_attributes<0>());
+      stats->set_hexahedra(block.map().number_of_attributes<3>());
+      stats->set_critical_darts(block.critical_count());
+      stats->set_accounted_bytes(block.AccountedBytes());
+      stats->set_version(block.version());
+      return absl::OkStatus();
+    });
+    if (!status.ok()) return ToGrpc(status);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status BlockServiceImpl::ExportPiece(grpc::ServerContext* context,
+                                           const v1::ExportPieceRequest* request,
+                                           grpc::ServerWriter<v1::ExportPieceResponse>* writer) {
+  return ToGrpc(server::ExportPiece(
+      *host_, options_.piece_source, options_.data_folder, *request,
+      [context] { return context->IsCancelled(); },
+      [writer](const v1::ExportPieceResponse& response) { return writer->Write(response); }));
+}
+
+grpc::Status BlockServiceImpl::PutSurface(grpc::ServerContext*, grpc::ServerReader<v1::SurfaceChunk>* reader,
+                                          v1::PutSurfaceResponse* response) {
+  service::SurfaceReceiver receiver(options_.max_surface_bytes);
+  v1::SurfaceChunk chunk;
+  while (reader->Read(&chunk)) {
+    if (absl::Status status = receiver.Add(chunk); !status.ok()) return ToGrpc(status);
+  }
+  if (absl::Status status = receiver.Finish(); !status.ok()) return ToGrpc(status);
+  host_->PutSurface(receiver.id(), receiver.Take());
+  response->set_surface_id(receiver.id());
+  return grpc::Status::OK;
+}
+
+grpc::Status BlockServiceImpl::CreateBlocks(grpc::ServerContext*, const v1::CreateBlocksRequest* request,
+                                            v1::CreateBlocksResponse*) {
+  return ToGrpc(host_->CreateBlocks(*request));
+}
+
+grpc::Status BlockServiceImpl::DropMap(grpc::ServerContext*, const v1::DropMapRequest* request,
+                                       v1::DropMapResponse*) {
+  return ToGrpc(host_->DropMap(request->map()));
+}
+
+grpc::Status BlockServiceImpl::StartPhase(grpc::ServerContext*, const v1::StartPhaseRequest* request,
+                                          v1::StartPhaseResponse* response) {
+  *response->mutable_process() = service::ReadProcessStats(kProgram, host_->address());
+  return ToGrpc(host_->StartPhase(*request));
+}
+
+grpc::Status BlockServiceImpl::RunPhase(grpc::ServerContext*, const v1::RunPhaseRequest* request,
+                                        v1::RunPhaseResponse*) {
+  return ToGrpc(host_->RunPhase(request->key()));
+}
+
+grpc::Status BlockServiceImpl::PollPhase(grpc::ServerContext*, const v1::PollPhaseRequest* request,
+                                         v1::PollPhaseResponse* response) {
+  return ToGrpc(host_->PollPhase(*request, *response));
+}
+
+grpc::Status BlockServiceImpl::FinishPhase(grpc::ServerContext*, const v1::FinishPhaseRequest* request,
+                                           v1::FinishPhaseResponse* response) {
+  const absl::Status status = host_->FinishPhase(request->key(), *response);
+  *response->mutable_process() = service::ReadProcessStats(kProgram, host_->address());
+  return ToGrpc(status);
+}
+
+grpc::Status BlockServiceImpl::CancelPhase(grpc::ServerContext*, const v1::CancelPhaseRequest* request,
+                                           v1::CancelPhaseResponse*) {
+  return ToGrpc(host_->CancelPhase(request->key(), request->abandon()));
+}
+
+}  // namespace ndmap::server

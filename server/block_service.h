@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The gRPC face of a block server. Every call but Exchange has a thread of gRPC's, and may wait; Exchange is
+// callbacks, which only move batches.
+#pragma once
+
+#include <string>
+
+#include "ndmap/v1/block_service.grpc.pb.h"
+#include "server/block_host.h"
+#include "server/exchange.h"
+#include "server/export.h"
+#include "server/piece.h"
+#include "server/walker.h"
+
+namespace ndmap::server {
+
+struct ServiceOptions {
+  // Empty: none.
+  std::string data_folder;
+  uint64_t max_surface_bytes = uint64_t{4} << 30;
+  PieceSource piece_source;
+};
+
+class BlockServiceImpl final
+    : public v1::BlockService::WithCallbackMethod_Exchange<v1::BlockService::Service> {
+ public:
+  BlockServiceImpl(BlockHost* host, ServiceOptions options)
+      : host_(host), options_(std::move(options)), walker_(host), exchange_(host) {}
+
+  // Ends what would keep a stopping server waiting.
+  void Stop() { exchange_.Finish(); }
+
+  grpc::Status GetVersion(grpc::ServerContext*, const v1::GetVersionRequest*,
+                          v1::GetVersionResponse*) override;
+  grpc::Status GetProcessStats(grpc::ServerContext*, const v1::GetProcessStatsRequest*,
+                               v1::GetProcessStatsResponse*) override;
+  grpc::Status Beta(grpc::ServerContext*, const v1::BetaRequest*, v1::BetaResponse*) override;
+  grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
+                             v1::GetBlockStatsResponse*) override;
+  grpc::Status ExportPiece(grpc::ServerContext*, const v1::ExportPieceRequest*,
+                           grpc::ServerWriter<v1::ExportPieceResponse>*) override;
+  grpc::Status PutSurface(grpc::ServerContext*, grpc::ServerReader<v1::SurfaceChunk>*,
+                          v1::PutSurfaceResponse*) override;
+  grpc::Status CreateBlocks(grpc::ServerContext*, const v1::CreateBlocksRequest*,
+                            v1::CreateBlocksResponse*) override;
+  grpc::Status DropMap(grpc::ServerContext*, const v1::DropMapRequest*, v1::DropMapResponse*) override;
+  grpc::Status StartPhase(grpc::ServerContext*, const v1::StartPhaseRequest*,
+                          v1::StartPhaseResponse*) override;
+  grpc::Status RunPhase(grpc::ServerContext*, const v1::RunPhaseRequest*, v1::RunPhaseResponse*) override;
+  grpc::Status PollPhase(grpc::ServerContext*, const v1::PollPhaseRequest*, v1::PollPhaseResponse*) override;
+  grpc::Status FinishPhase(grpc::ServerContext*, const v1::FinishPhaseRequest*,
+                           v1::FinishPhaseResponse*) override;
+  grpc::Status CancelPhase(grpc::ServerContext*, const v1::CancelPhaseRequest*,
+                           v1::CancelPhaseResponse*) override;
+  ExchangeReactor* Exchange(grpc::CallbackServerContext*) override { return exchange_.Open(); }
+
+ private:
+  BlockHost* const host_;
+  const ServiceOptions options_;
+  Walker walker_;
+  ExchangeStreams exchange_;
+};
+
+}  // namespace ndmap::server

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// ndmap-server: hosts blocks of maps.
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+
+#include "core/algorithm/registry.h"
+#include "server/block_server.h"
+#include "service/program.h"
+
+int main(int argc, char** argv) {
+  using namespace ndmap;
+  service::BlockSignals();
+  CLI::App app("ndmap-server: hosts blocks of distributed maps", "ndmap-server");
+  service::ProgramOptions program;
+  service::AddProgramOptions(app, program);
+  server::BlockServerOptions options;
+  app.add_option("--coordinator", options.coordinator, "HOST:PORT of the coordinator")
+      ->envname("NDMAP_COORDINATOR")
+      ->required();
+  app.add_option("--advertise", options.advertise,
+                 "HOST:PORT that peers and clients connect to; default: --listen")
+      ->envname("NDMAP_ADVERTISE");
+  app.add_option("--threads", options.host.threads, "worker threads; 0: as many as cores")
+      ->envname("NDMAP_THREADS")
+      ->check(CLI::Range(0u, 4096u))
+      ->capture_default_str();
+  app.add_option("--data-dir", options.service.data_folder,
+                 "folder below which clients may have files written")
+      ->envname("NDMAP_DATA_DIR")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--max-surface-bytes", options.service.max_surface_bytes, "limit of one surface")
+      ->envname("NDMAP_MAX_SURFACE_BYTES")
+      ->transform(CLI::AsSizeValue(false))
+      ->capture_default_str();
+  int exit_code = 0;
+  if (!service::Parse(app, argc, argv, exit_code)) return exit_code;
+  auto fail = [](const absl::Status& status) {
+    std::cerr << "ndmap-server: " << status.message() << '\n';
+    return 1;
+  };
+  if (absl::Status status = service::BeginProgram(program); !status.ok()) return fail(status);
+  options.listen = program.listen;
+  options.host.factory = [](absl::string_view name, const Parameters& parameters,
+                            const Environment& environment,
+                            Block3& block) { return MakeAlgorithm(name, parameters, environment, block); };
+  auto server = server::BlockServer::Start(std::move(options));
+  if (!server.ok()) return fail(server.status());
+  if (absl::Status s = service::WritePortFile(program.port_file, (*server)->port()); !s.ok()) return fail(s);
+  spdlog::info("serving at {}", (*server)->address());
+  service::AwaitSignal([&] { (*server)->Stop(); });
+  return 0;
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a block becomes a file: the hook between queries and core/io.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/container/btree_map.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/algorithm/parameters.h"
+#include "core/map/block.h"
+
+namespace ndmap::server {
+
+// Where a piece's bytes go: a stream to the client, or a file. False: nobody wants more.
+using PieceSink = std::function<bool(absl::string_view bytes)>;
+
+// Makes one piece. Step() looks at the block, a millisecond's work at a time, between the steps of a job;
+// Write() does not touch the block, and runs on another thread when Step() has returned true.
+class PieceBuilder {
+ public:
+  virtual ~PieceBuilder() = default;
+  // True: all that is needed of the block has been read. ABORTED when the block was changed in between.
+  virtual absl::StatusOr<bool> Step(Block3& block) = 0;
+  virtual absl::Status Write(const PieceSink& sink) = 0;
+  // What is in the piece, by name: "points", "cells".
+  virtual absl::btree_map<std::string, int64_t> counts() const = 0;
+};
+
+// INVALID_ARGUMENT names the option that is wrong.
+using PieceSource = std::function<absl::StatusOr<std::unique_ptr<PieceBuilder>>(const Parameters& options,
+                                                                                uint32_t block_count)>;
+
+}  // namespace ndmap::server

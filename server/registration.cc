@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/registration.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "service/channel.h"
+#include "service/status.h"
+#include "service/version.h"
+
+namespace ndmap::server {
+
+Registration::Registration(const std::string& coordinator, v1::RegisterServerRequest request,
+                           std::function<void()> forget_everything)
+    : coordinator_(coordinator),
+      request_(std::move(request)),
+      forget_everything_(std::move(forget_everything)),
+      stub_(v1::Coordinator::NewStub(service::MakeChannel(coordinator))) {}
+
+Registration::~Registration() { Stop(); }
+
+absl::Status Registration::Register(absl::Time deadline) {
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(deadline));
+  context.set_wait_for_ready(true);
+  v1::RegisterServerResponse response;
+  const grpc::Status status = stub_->RegisterServer(&context, request_, &response);
+  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED ||
+      status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+    return absl::UnavailableError(absl::StrCat("no coordinator answers at ", coordinator_));
+  }
+  if (!status.ok()) return service::FromGrpc(status);
+  if (absl::Status s = service::CheckVersion(request_.version(), response.version()); !s.ok()) return s;
+  registered_ = response;
+  spdlog::info("registered at {} as server {}", coordinator_, response.server_id());
+  return absl::OkStatus();
+}
+
+absl::Status Registration::Begin(absl::Duration timeout) {
+  if (absl::Status status = Register(absl::Now() + timeout); !status.ok()) return status;
+  thread_ = std::thread([this] { KeepAlive(); });
+  return absl::OkStatus();
+}
+
+void Registration::Stop() {
+  {
+    absl::MutexLock lock(&mutex_);
+    stopping_ = true;
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+void Registration::KeepAlive() {
+  bool reachable = true;
+  while (true) {
+    const absl::Duration beat = absl::Milliseconds(std::max(registered_.lease_milliseconds(), 300u) / 4);
+    {
+      absl::MutexLock lock(&mutex_);
+      mutex_.AwaitWithTimeout(absl::Condition(&stopping_), beat);
+      if (stopping_) return;
+    }
+    grpc::ClientContext context;
+    context.set_deadline(absl::ToChronoTime(absl::Now() + beat));
+    v1::HeartbeatRequest request;
+    request.set_server_id(registered_.server_id());
+    request.set_incarnation(registered_.incarnation());
+    v1::HeartbeatResponse response;
+    const grpc::Status status = stub_->Heartbeat(&context, request, &response);
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
+      spdlog::warn("the coordinator at {} does not know this server any more: registering again",
+                   coordinator_);
+      forget_everything_();
+      if (absl::Status s = Register(absl::Now() + beat); !s.ok())
+        spdlog::warn("{}", std::string(s.message()));
+    } else if (status.ok() != reachable) {
+      reachable = status.ok();
+      if (reachable) {
+        spdlog::info("the coordinator at {} answers again", coordinator_);
+      } else {
+        spdlog::warn("the coordinator at {} does not answer: {}", coordinator_, status.error_message());
+      }
+    }
+  }
+}
+
+}  // namespace ndmap::server

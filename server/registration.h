@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "ndmap/v1/coordinator.grpc.pb.h"
+
+namespace ndmap::server {
+
+// Keeps a server known to its coordinator: registers, renews the lease, and registers again when the
+// coordinator has forgotten it (it was restarted), after which nothing of what the server held is wanted any
+// more.
+class Registration {
+ public:
+  Registration(const std::string& coordinator, v1::RegisterServerRequest request,
+               std::function<void()> forget_everything);
+  ~Registration();
+
+  // The first registration. Waits at most `timeout` for the coordinator; the error is one sentence.
+  absl::Status Begin(absl::Duration timeout);
+  void Stop();
+
+ private:
+  absl::Status Register(absl::Time deadline);
+  void KeepAlive();
+
+  const std::string coordinator_;
+  const v1::RegisterServerRequest request_;
+  const std::function<void()> forget_everything_;
+  const std::unique_ptr<v1::Coordinator::Stub> stub_;
+  v1::RegisterServerResponse registered_;
+  absl::Mutex mutex_;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace ndmap::server

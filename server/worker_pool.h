@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Threads that run actors a slice at a time, first come first served.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "server/mutex.h"
+
+namespace ndmap::server {
+
+class Runnable {
+ public:
+  virtual ~Runnable() = default;
+  // Runs for some milliseconds. True: queue it again, behind the others. The pool never runs one twice at
+  // once as long as its owner enqueues it only when its last slice returned false.
+  virtual bool RunSlice() = 0;
+};
+
+class WorkerPool {
+ public:
+  // At least one thread.
+  explicit WorkerPool(unsigned threads);
+  ~WorkerPool();
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
+
+  void Enqueue(std::shared_ptr<Runnable> runnable);
+  // Lets running slices end, drops what waits, joins the threads. Twice is no error.
+  void Stop();
+
+ private:
+  void Run();
+
+  Mutex mutex_;
+  CondVar changed_;
+  std::deque<std::shared_ptr<Runnable>> queue_ ABSL_GUARDED_BY(mutex_);
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace ndmap::server
