@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Commands that make, change, ask and delete maps of a running cluster.
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/context.h"
+#include "client/cli/grid_options.h"
+#include "client/cli/job_display.h"
+#include "client/cli/map_report.h"
+#include "client/cli/text.h"
+
+namespace ndmap::cli {
+namespace {
+
+// The map that a command is about.
+absl::StatusOr<MapHandle> OpenMap(const Context& context, const std::string& name) {
+  absl::StatusOr<Client> client = context.Connect();
+  if (!client.ok()) return client.status();
+  return client->OpenMap(name);
+}
+
+// A command with one argument, the map's name.
+CLI::App* AddMapCommand(CLI::App& app, const char* name, const char* what, const char* example,
+                        std::string* map) {
+  CLI::App* command = AddCommand(app, name, what, example);
+  command->add_option("MAP", *map, "name of the map")->required();
+  return command;
+}
+
+absl::StatusOr<int> PrintJob(Context& context, const absl::StatusOr<v1::Job>& job) {
+  if (!job.ok()) return job.status();
+  context.Print(JobAsJson(*job), JobAsText(*job));
+  return 0;
+}
+
+void AddCreate(CLI::App& app, Action& action) {
+  struct Options {
+    std::string map, surface;
+    GridOptions grid;
+    DepthOptions depth;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      AddMapCommand(app, "create", "upload a surface and make a map's initial hexahedra",
+                    "ndmap create bunny bunny.off --blocks 8 --coordinator 127.0.0.1:7000", &options->map);
+  command->add_option("SURFACE", options->surface, "OFF, OBJ, PLY or STL file of a closed surface")
+      ->required();
+  AddGridOptions(command, &options->grid);
+  command
+      ->add_option("--depth", options->depth.depth, "the depth that refinement will go to: balances blocks")
+      ->check(WholeNumber(0, kMaxDepth, "labels and ids hold 31 levels"))
+      ->capture_default_str();
+  command->callback([&action, options] {
+    action = [options](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<Client> client = context.Connect();
+      if (!client.ok()) return client.status();
+      absl::StatusOr<SurfaceFile> file = ReadSurfaceAndTell(options->surface, context.progress);
+      if (!file.ok()) return file.status();
+      absl::StatusOr<GridShape> grid = MakeGrid(options->grid, file->surface);
+      if (!grid.ok()) return grid.status();
+      WarnAboutSmallComponents(file->surface, *grid, context.progress);
+      absl::StatusOr<std::string> id = client->UploadSurface(ViewOf(file->surface, options->surface));
+      if (!id.ok()) return id.status();
+      absl::StatusOr<JobHandle> job =
+          client->CreateMap(CreateRequest(options->map, *id, *grid, options->grid, options->depth.depth));
+      if (!job.ok()) return job.status();
+      return PrintJob(context, WatchJob(context, *job, false));
+    };
+  });
+}
+
+struct RefineOptions {
+  std::string map;
+  int depth = 4;
+  uint64_t memory_limit = 0;
+  bool async = false, no_wait = false;
+  // Of the oracle; empty: not given.
+  std::string oracle = "surface", lo, hi, centre, radius, size, cells;
+};
+
+// The oracle's parameters, or which one is missing or out of place.
+absl::StatusOr<std::vector<std::pair<std::string, std::string>>> OracleParameters(const RefineOptions& o) {
+  const std::pair<const char*, const std::string*> all[] = {{"lo", &o.lo},         {"hi", &o.hi},
+                                                            {"centre", &o.centre}, {"radius", &o.radius},
+                                                            {"size", &o.size},     {"cells", &o.cells}};
+  const std::pair<const char*, const char*> uses[] = {{"box", "lo"},        {"box", "hi"},
+                                                      {"sphere", "centre"}, {"sphere", "radius"},
+                                                      {"size", "size"},     {"list", "cells"}};
+  std::vector<std::pair<std::string, std::string>> parameters = {{"oracle", o.oracle}};
+  for (const auto& [name, value] : all) {
+    bool used = false;
+    for (const auto& [oracle, parameter] : uses)
+      used = used || (o.oracle == oracle && name == absl::string_view(parameter));
+    if (used && value->empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("--oracle ", o.oracle, " needs --", name));
+    }
+    if (!used && !value->empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("--", name, " is not for --oracle ", o.oracle));
+    }
+    if (used) parameters.emplace_back(name, *value);
+  }
+  if (o.memory_limit > 0) parameters.emplace_back("memory_limit", absl::StrCat(o.memory_limit));
+  return parameters;
+}
+
+absl::StatusOr<int> Refine(Context& context, const RefineOptions& options) {
+  auto parameters = OracleParameters(options);
+  if (!parameters.ok()) return parameters.status();
+  absl::StatusOr<MapHandle> map = OpenMap(context, options.map);
+  if (!map.ok()) return map.status();
+  absl::StatusOr<JobHandle> job =
+      map->StartJob("refine", RefinePhases(options.depth, options.async, *parameters));
+  if (!job.ok()) return job.status();
+  if (options.no_wait) {
+    context.Print({{"job", job->id()}, {"map", options.map}},
+                  absl::StrCat("job ", job->id(), " (ndmap watch ", job->id(), ")\n"));
+    return 0;
+  }
+  return PrintJob(context, WatchJob(context, *job, true));
+}
+
+void AddRefine(CLI::App& app, Action& action) {
+  auto options = std::make_shared<RefineOptions>();
+  CLI::App* command =
+      AddMapCommand(app, "refine", "split hexahedra in eight where an oracle says so",
+                    "ndmap refine bunny --depth 5 --coordinator 127.0.0.1:7000", &options->map);
+  command->add_option("--depth", options->depth, "hexahedra of levels 0 ... DEPTH")
+      ->check(WholeNumber(1, kMaxDepth, "labels and ids hold 31 levels"))
+      ->capture_default_str();
+  command
+      ->add_option("--oracle", options->oracle,
+                   "what is refined: surface, everything, box, sphere, size or list")
+      ->check(OneOf({"surface", "everything", "box", "sphere", "size", "list"}))
+      ->capture_default_str();
+  command->add_option("--lo", options->lo, "box: lower corner, x,y,z");
+  command->add_option("--hi", options->hi, "box: upper corner, x,y,z");
+  command->add_option("--centre", options->centre, "sphere: centre, x,y,z");
+  command->add_option("--radius", options->radius, "sphere: radius")->check(PositiveNumber());
+  command->add_option("--size", options->size, "size: hexahedra with a longer edge")->check(PositiveNumber());
+  command->add_option("--cells", options->cells, "list: ids with spaces between them, \"h12 h12/0.3\"");
+  command->add_flag("--async", options->async, "all levels in one phase");
+  command
+      ->add_option("--memory-limit", options->memory_limit,
+                   "stop refining a block at this size (256MiB, 1GiB)")
+      ->transform(ByteSize());
+  command->add_flag("--no-wait", options->no_wait, "print the job's number and return");
+  command->callback(
+      [&action, options] { action = [options](Context& context) { return Refine(context, *options); }; });
+}
+
+// trim, check, hash: a job with fixed phases.
+void AddTrim(CLI::App& app, Action& action) {
+  struct Options {
+    std::string map, keep = "inside,cut";
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = AddMapCommand(app, "trim", "erase the hexahedra outside the surface",
+                                    "ndmap trim bunny --keep inside,cut", &options->map);
+  AddKeepOption(command, &options->keep);
+  command->callback([&action, options] {
+    action = [options](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<MapHandle> map = OpenMap(context, options->map);
+      if (!map.ok()) return map.status();
+      return PrintJob(context, RunJob(context, *map, "trim",
+                                      {MakePhase("classify"), MakePhase("trim", {{"keep", options->keep}})}));
+    };
+  });
+}
+
+void AddCheck(CLI::App& app, Action& action) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* command =
+      AddMapCommand(app, "check", "check every property of the distributed map (exit code 1: faults)",
+                    "ndmap check bunny", name.get());
+  command->callback([&action, name] {
+    action = [name](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      if (!map.ok()) return map.status();
+      absl::StatusOr<v1::Job> job = RunJob(context, *map, "check", {MakePhase("check")});
+      if (!job.ok()) return job.status();
+      return PrintCheck(context, *name, job->results(0).report());
+    };
+  });
+}
+
+void AddHash(CLI::App& app, Action& action) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* command = AddMapCommand(app, "hash", "the canonical hash: equal for equal global maps",
+                                    "ndmap hash bunny", name.get());
+  command->callback([&action, name] {
+    action = [name](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      if (!map.ok()) return map.status();
+      absl::StatusOr<v1::Job> job = RunJob(context, *map, "hash", {MakePhase("hash")});
+      if (!job.ok()) return job.status();
+      PrintHash(context, *name, job->results(0).report());
+      return 0;
+    };
+  });
+}
+
+void AddStats(CLI::App& app, Action& action) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* command = AddMapCommand(app, "stats", "hexahedra, darts and memory by block, hexahedra by level",
+                                    "ndmap stats bunny --json", name.get());
+  command->callback([&action, name] {
+    action = [name](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      if (!map.ok()) return map.status();
+      absl::StatusOr<v1::Job> job = RunJob(context, *map, "count", {MakePhase("count")});
+      if (!job.ok()) return job.status();
+      absl::StatusOr<std::vector<v1::BlockStats>> blocks = map->Stats();
+      if (!blocks.ok()) return blocks.status();
+      PrintStats(context, map->info(), *blocks, job->results(0).report());
+      return 0;
+    };
+  });
+}
+
+void AddDelete(CLI::App& app, Action& action) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* command = AddMapCommand(app, "delete", "delete a map, and its surface if no other map uses it",
+                                    "ndmap delete bunny", name.get());
+  command->callback([&action, name] {
+    action = [name](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<Client> client = context.Connect();
+      if (!client.ok()) return client.status();
+      absl::StatusOr<MapHandle> map = client->OpenMap(*name);
+      if (!map.ok()) return map.status();
+      absl::Status status = client->DeleteMap(*name);
+      if (!status.ok()) return status;
+      const std::string& surface = map->info().surface_id();
+      if (!surface.empty()) status = client->DeleteSurface(surface);
+      // FAILED_PRECONDITION: another map uses it.
+      if (!status.ok() && !absl::IsFailedPrecondition(status)) return status;
+      context.Print({{"deleted", *name}, {"surface_deleted", !surface.empty() && status.ok()}},
+                    absl::StrCat(*name, " is deleted\n"));
+      return 0;
+    };
+  });
+}
+
+void AddMaps(CLI::App& app, Action& action) {
+  CLI::App* command = AddCommand(app, "maps", "the maps of a cluster", "ndmap maps");
+  command->callback([&action] {
+    action = [](Context& context) -> absl::StatusOr<int> {
+      absl::StatusOr<Client> client = context.Connect();
+      if (!client.ok()) return client.status();
+      absl::StatusOr<std::vector<v1::Map>> maps = client->ListMaps();
+      if (!maps.ok()) return maps.status();
+      PrintMaps(context, *maps);
+      return 0;
+    };
+  });
+}
+
+}  // namespace
+
+void AddMapCommands(CLI::App& app, Action& action) {
+  AddCreate(app, action);
+  AddRefine(app, action);
+  AddTrim(app, action);
+  AddStats(app, action);
+  AddCheck(app, action);
+  AddHash(app, action);
+  AddDelete(app, action);
+  AddMaps(app, action);
+}
+
+}  // namespace ndmap::cli

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/cli/export.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/synchronization/mutex.h"
+#include "client/cli/text.h"
+#include "core/io/vtu_writer.h"
+
+namespace ndmap::cli {
+namespace {
+
+constexpr uint32_t kAtOnce = 4;
+constexpr int kPictureNeedsPackages = 3;
+
+// What the threads that fetch pieces share.
+struct Fetch {
+  absl::Mutex mutex;
+  uint32_t next ABSL_GUARDED_BY(mutex) = 0;
+  uint32_t ready ABSL_GUARDED_BY(mutex) = 0;
+  absl::Status status ABSL_GUARDED_BY(mutex);
+  Exported exported ABSL_GUARDED_BY(mutex);
+};
+
+}  // namespace
+
+absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cells, const std::string& folder,
+                                   MadeFiles& made, Progress& progress) {
+  progress.Begin("export");
+  const uint32_t blocks = map.info().block_count();
+  std::vector<std::string> names;
+  for (uint32_t block = 0; block < blocks; ++block) names.push_back(absl::StrFormat("block_%04d.vtu", block));
+  Fetch fetch;
+  const auto work = [&] {
+    for (;;) {
+      uint32_t block = 0;
+      {
+        absl::MutexLock lock(&fetch.mutex);
+        if (!fetch.status.ok() || fetch.next == blocks) return;
+        block = fetch.next++;
+      }
+      const std::string path = absl::StrCat(folder, "/", names[block]);
+      made.Expect(path);
+      absl::StatusOr<v1::ExportSummary> summary = map.ExportPieceToFile(block, {{"cells", cells}}, path);
+      absl::MutexLock lock(&fetch.mutex);
+      if (!summary.ok()) {
+        fetch.status.Update(summary.status());
+        return;
+      }
+      fetch.exported.bytes += summary->bytes();
+      const auto found = summary->counts().find("cells");
+      if (found != summary->counts().end()) fetch.exported.cells += static_cast<uint64_t>(found->second);
+      ++fetch.ready;
+      progress.Update(static_cast<double>(fetch.ready) / blocks,
+                      absl::StrCat(fetch.ready, "/", blocks, " pieces, ", FormatBytes(fetch.exported.bytes)));
+    }
+  };
+  std::vector<std::thread> threads;
+  for (uint32_t i = 0; i < std::min(kAtOnce, blocks); ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+
+  absl::MutexLock lock(&fetch.mutex);
+  absl::Status status = fetch.status;
+  const std::string index = absl::StrCat(folder, "/mesh.pvtu");
+  if (status.ok()) {
+    made.Expect(index);
+    status = WritePvtuFile(names, index);
+  }
+  if (!status.ok()) {
+    progress.Abandon();
+    return status;
+  }
+  fetch.exported.index = index;
+  for (const std::string& name : names) fetch.exported.pieces.push_back(absl::StrCat(folder, "/", name));
+  progress.End(absl::StrCat(names.size(), names.size() == 1 ? " piece, " : " pieces, ",
+                            FormatBytes(fetch.exported.bytes)));
+  return std::move(fetch.exported);
+}
+
+absl::Status DrawPicture(const std::string& index, const std::string& png, ChildProcesses& children,
+                         Progress& progress) {
+  absl::StatusOr<std::string> tool = FindProgram("ndmap-picture");
+  if (!tool.ok()) return tool.status();
+  progress.Begin("picture");
+  absl::StatusOr<pid_t> pid = children.Start({*tool, index, "-o", png});
+  if (!pid.ok()) return pid.status();
+  const int code = children.Wait(*pid);
+  if (code == 0) {
+    progress.End(png);
+    return absl::OkStatus();
+  }
+  progress.Abandon();
+  // The tool has said on standard error what is missing.
+  return code == kPictureNeedsPackages
+             ? absl::FailedPreconditionError(absl::StrCat("no ", png, ": packages are missing (see above)"))
+             : absl::UnavailableError(
+                   absl::StrCat("no ", png, ": ndmap-picture ended with exit code ", code));
+}
+
+}  // namespace ndmap::cli

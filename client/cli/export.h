@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A map as files: one VTU piece for each block, and the index that opens them all.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/cli/output_folder.h"
+#include "client/cli/process.h"
+#include "client/cli/progress.h"
+#include "client/sdk/client.h"
+
+namespace ndmap::cli {
+
+struct Exported {
+  std::string index;  // Path of mesh.pvtu.
+  std::vector<std::string> pieces;
+  uint64_t bytes = 0;
+  uint64_t cells = 0;
+};
+
+// Streams every block's piece from its server into `folder`/block_0000.vtu ..., several at a time, then
+// writes mesh.pvtu. Each file appears when it is complete; on an error `made` takes them back.
+absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cells, const std::string& folder,
+                                   MadeFiles& made, Progress& progress);
+
+// Draws an export with ndmap-picture. FAILED_PRECONDITION says what to install when that is not possible.
+absl::Status DrawPicture(const std::string& index, const std::string& png, ChildProcesses& children,
+                         Progress& progress);
+
+}  // namespace ndmap::cli

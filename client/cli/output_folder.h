@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Folders and files that a command makes, taken back if it does not succeed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+
+namespace ndmap::cli {
+
+// Thread-safe: an interrupt takes everything back while the main thread still writes.
+class MadeFiles {
+ public:
+  MadeFiles() = default;
+  // Takes everything back unless Keep() was called.
+  ~MadeFiles();
+  MadeFiles(const MadeFiles&) = delete;
+  MadeFiles& operator=(const MadeFiles&) = delete;
+
+  // Makes the folder, with those above it, and makes sure that files can be written there. One sentence that
+  // names the path if it is a file or cannot be written.
+  absl::Status MakeFolder(const std::string& path);
+  // A new folder of our own below the system's folder for temporary files; it goes away in any case.
+  absl::StatusOr<std::string> MakeTemporaryFolder();
+  // A file that is about to be written.
+  void Expect(const std::string& path);
+  void Keep();
+  // Removes the files, then the folders that were made and are empty.
+  void TakeBack();
+
+ private:
+  absl::Mutex mutex_;
+  std::vector<std::string> folders_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> files_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> temporary_ ABSL_GUARDED_BY(mutex_);
+};
+
+// The folder that a file will be in, made if it is missing. One sentence that names the file if that fails.
+absl::Status MakeParentFolder(const std::string& file);
+
+}  // namespace ndmap::cli

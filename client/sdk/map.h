@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// A map of a cluster: its jobs, its numbers, its pieces, and walks on its darts.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "client/sdk/job.h"
+#include "ndmap/v1/block_service.pb.h"
+#include "ndmap/v1/coordinator.pb.h"
+
+namespace ndmap {
+
+// Where one walk ended.
+struct Walked {
+  // The last dart that the word reached.
+  v1::DartInfo at;
+  // Letters that were applied: all of them unless `free`.
+  uint32_t used = 0;
+  // The dart is free for the next letter: the boundary of the map.
+  bool free = false;
+  // How often the walk went on in another block, and how often that block was on another server.
+  uint32_t block_crossings = 0;
+  uint32_t server_crossings = 0;
+};
+
+// A map, with the routing table as it was when the handle was made. Cheap to copy.
+class MapHandle {
+ public:
+  // Takes a piece's bytes in order; an error ends the export.
+  using ByteSink = absl::FunctionRef<absl::Status(absl::string_view)>;
+
+  MapHandle(std::shared_ptr<internal::Connection> connection, v1::Map info)
+      : connection_(std::move(connection)), info_(std::make_shared<const v1::Map>(std::move(info))) {}
+
+  const std::string& name() const { return info_->map(); }
+  // State, grid, and which block is on which server.
+  const v1::Map& info() const { return *info_; }
+  // NOT_FOUND naming the block and how many there are.
+  absl::StatusOr<std::string> AddressOf(uint32_t block) const;
+
+  // Starts long work: phases one after the other. FAILED_PRECONDITION names the job that is in the way.
+  absl::StatusOr<JobHandle> StartJob(const std::string& kind, const std::vector<v1::Phase>& phases) const;
+
+  // What every block holds, by block; asks each server once.
+  absl::StatusOr<std::vector<v1::BlockStats>> Stats() const;
+  // What the operating system says of each server that holds a block, by address.
+  absl::StatusOr<std::vector<v1::ProcessStats>> ServerStats() const;
+
+  // Some dart of a block. NOT_FOUND if the block is empty.
+  absl::StatusOr<v1::DartInfo> AnyDart(uint32_t block) const;
+
+  // Applies `word` (letters 0 ... 3, from the first to the last) to each dart, by Proposition 1: where a
+  // letter leads to another block, the walk goes on at the dart with the same label there, wherever that
+  // block is. One result for each start, in order. A call for each group of walks that are in the same block
+  // at the same letter. Fails as a whole: NOT_FOUND for a dart that is not there, FAILED_PRECONDITION for a
+  // stale reference, INVALID_ARGUMENT for another letter.
+  absl::StatusOr<std::vector<Walked>> Beta(absl::Span<const v1::DartRef> starts,
+                                           absl::Span<const uint8_t> word) const;
+
+  // Streams one block's piece, as written by the block's own server, and compares its checksum. `options` go
+  // to the piece's writer ("cells": "polyhedron"). Not tried again: the sink may hold half a piece.
+  absl::StatusOr<v1::ExportSummary> ExportPiece(
+      uint32_t block, const std::vector<std::pair<std::string, std::string>>& options, ByteSink sink) const;
+  // The same into a file, which appears at `path` when it is complete; on an error nothing is left behind.
+  absl::StatusOr<v1::ExportSummary> ExportPieceToFile(
+      uint32_t block, const std::vector<std::pair<std::string, std::string>>& options,
+      const std::string& path) const;
+
+ private:
+  struct Walker;
+  // One call: walks in one block, as far as that block can follow them.
+  absl::StatusOr<v1::BetaResponse> BetaInBlock(const v1::BetaRequest& request) const;
+  // Lets walkers in one block, at one letter, go as far as they can there, and over to the next block.
+  absl::Status Go(absl::Span<Walker* const> walkers, absl::Span<const uint8_t> word) const;
+  // Moves a walker that stands at a crossing to the block that holds the label.
+  absl::Status Cross(Walker& walker, const v1::BetaResult& at) const;
+  absl::StatusOr<bool> HasLabel(uint32_t block, const v1::Label& label) const;
+
+  std::shared_ptr<internal::Connection> connection_;
+  std::shared_ptr<const v1::Map> info_;
+};
+
+}  // namespace ndmap
