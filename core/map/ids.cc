@@ -71,6 +71,16 @@ absl::StatusOr<CellId> CellId::Parse(absl::string_view text) {
   return id;
 }
 
+absl::StatusOr<absl::flat_hash_set<CellId>> ParseCellIds(absl::string_view text) {
+  absl::flat_hash_set<CellId> cells;
+  for (absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
+    absl::StatusOr<CellId> id = CellId::Parse(word);
+    if (!id.ok()) return id.status();
+    cells.insert(*id);
+  }
+  return cells;
+}
+
 std::string Digest::ToString() const { return absl::StrFormat("%016x%016x", hi, lo); }
 
 }  // namespace ndmap

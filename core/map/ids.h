@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
@@ -104,6 +105,9 @@ class CellId {
   uint64_t hi_ = 0;
   uint64_t lo_ = 0;
 };
+
+// Ids in text form, separated by spaces. INVALID_ARGUMENT names the word that is none.
+absl::StatusOr<absl::flat_hash_set<CellId>> ParseCellIds(absl::string_view text);
 
 // A sum modulo 2^128 of XXH3-128 values: blocks add up theirs in any order.
 struct Digest {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/property/property_case.h"
 
-#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "tests/reference/compare.h"
@@ -12,6 +11,11 @@ namespace {
 
 using reference::RandomCase;
 using reference::ReferenceMap;
+
+std::string TextOf(const std::vector<CellId>& ids) {
+  return absl::StrJoin(ids, " ",
+                       [](std::string* out, const CellId& id) { absl::StrAppend(out, id.ToString()); });
+}
 
 template <class Types>
 absl::Status CompareWithReference(SimulatedMap<Block<Types>>& map, const ReferenceMap& reference) {
@@ -57,15 +61,7 @@ absl::Status CompareWithReference(SimulatedMap<Block<Types>>& map, const Referen
 
 template <class Types>
 absl::Status TrimListed(SimulatedMap<Block<Types>>& map, const std::vector<CellId>& removed) {
-  const absl::flat_hash_set<CellId> listed(removed.begin(), removed.end());
-  for (auto& block : map.blocks()) {
-    auto& cells = block->map().template attributes<3>();
-    for (auto it = cells.begin(); it != cells.end(); ++it) {
-      auto& info = block->map().template info_of_attribute<3>(it);
-      info.state = listed.contains(info.id) ? CellState::kOutside : CellState::kInside;
-    }
-  }
-  auto report = map.Run("trim", Parameters().Set("keep", "inside"));
+  auto report = map.Run("trim", Parameters().Set("cells", TextOf(removed)));
   if (!report.ok()) return report.status();
   if (report->counts["removed"] != static_cast<int64_t>(removed.size())) {
     return absl::InternalError(
@@ -107,16 +103,14 @@ absl::Status SimulatedMap<BlockT>::RefineList(const std::vector<CellId>& refined
   for (const CellId& id : refined) depth = std::max(depth, id.level() + 1);
   Parameters parameters;
   parameters.Set("oracle", "list").Set("depth", int64_t{depth});
-  parameters.Set("cells", absl::StrJoin(refined, " ", [](std::string* out, const CellId& id) {
-                   absl::StrAppend(out, id.ToString());
-                 }));
-  int64_t total = 0;
+  parameters.Set("cells", TextOf(refined));
   for (int level = by_level ? 0 : depth - 1; level < depth; ++level) {
     if (by_level) parameters.Set("level", int64_t{level});
     auto report = Run("refine", parameters);
     if (!report.ok()) return report.status();
-    total += report->counts["refined"];
+    refined_.Merge(*report);
   }
+  const int64_t total = refined_.counts["refined"];
   if (total != static_cast<int64_t>(refined.size())) {
     return absl::InternalError(absl::StrCat(total, " hexahedra refined, expected ", refined.size()));
   }

@@ -38,7 +38,7 @@ class SimulatedMap {
     for (uint32_t b = 0; b < blocks; ++b) blocks_.push_back(std::make_unique<BlockT>(BlockId{b}));
   }
 
-  absl::Status BuildGrid(const std::array<uint32_t, 3>& cells, typename Build<BlockT>::CornerFunction corner,
+  absl::Status BuildGrid(const std::array<uint32_t, 3>& cells, CornerFunction corner,
                          const std::vector<uint32_t>& block_of) {
     std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
     for (auto& block : blocks_) {
@@ -63,6 +63,9 @@ class SimulatedMap {
   // Refines the listed hexahedra, parents before children.
   absl::Status RefineList(const std::vector<CellId>& refined, bool by_level);
 
+  // What the refinement phases reported together.
+  const Report& refined() const { return refined_; }
+
   std::vector<std::unique_ptr<BlockT>>& blocks() { return blocks_; }
   void set_surface(std::shared_ptr<const TriangleSurface> surface) { surface_ = std::move(surface); }
   const Simulator& simulator() const { return simulator_; }
@@ -71,10 +74,11 @@ class SimulatedMap {
   const Routing routing_;
   Simulator simulator_;
   std::shared_ptr<const TriangleSurface> surface_;
+  Report refined_;
   std::vector<std::unique_ptr<BlockT>> blocks_;
 };
 
-// OK, or what differs. kMessagesKept etc. are asserted by the phases themselves (Finish).
+// OK, or what differs; that no message is left is asserted by the phases themselves (Finish).
 absl::Status RunPropertyCase(uint64_t seed, StorageKind storage);
 absl::Status RunPropertyCase(const reference::RandomCase& random_case, const PropertyVariant& variant,
                              StorageKind storage);

@@ -3,11 +3,13 @@
 // hexahedron numbers, so nobody is asked: of two cells that share a face the lower number is the positive
 // side, and the root of each pair of darts is (0, 24 * that number + its local dart number).
 //
-// Parameters: cells ("AxBxC"), lo, hi ("x,y,z"), assignment (Assignment::Encode()).
-// Counts: hexahedra, critical_darts.
+// Parameters: cells ("AxBxC"), lo, hi ("x,y,z"), assignment (Assignment::Encode()); corners: instead of lo
+// and hi, all (A+1)(B+1)(C+1) corner points "x,y,z", x fastest, separated by spaces, for small distorted
+// grids. Counts: hexahedra, critical_darts.
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -26,9 +28,17 @@ namespace ndmap {
 // "AxBxC", each at least 1 and their product below 2^32.
 absl::StatusOr<std::array<uint32_t, 3>> ParseCells(absl::string_view text);
 
+// Where corner (i, j, k) of a grid is.
+using CornerFunction = std::function<Point3(uint32_t, uint32_t, uint32_t)>;
+
+struct GridPlan {
+  std::array<uint32_t, 3> cells{};
+  CornerFunction corner;
+  Assignment assignment;
+};
+
 // The grid and the assignment from parameters; INVALID_ARGUMENT names what is wrong.
-absl::StatusOr<std::pair<GridShape, Assignment>> ParseGridParameters(const Parameters& parameters,
-                                                                     uint32_t block_count);
+absl::StatusOr<GridPlan> ParseGridParameters(const Parameters& parameters, uint32_t block_count);
 
 // The parameters of `build` for this grid and assignment.
 Parameters GridParameters(const GridShape& grid, const Assignment& assignment);
@@ -38,17 +48,13 @@ class Build final : public BlockAlgorithm {
  public:
   using Lcc = typename BlockT::Lcc;
   using Dart = typename BlockT::Dart;
-  // Where corner (i, j, k) of the grid is.
-  using CornerFunction = std::function<Point3(uint32_t, uint32_t, uint32_t)>;
 
   static absl::StatusOr<std::unique_ptr<BlockAlgorithm>> Make(const Parameters& parameters,
                                                               const Environment& environment, BlockT& block) {
     auto parsed = ParseGridParameters(parameters, environment.block_count);
     if (!parsed.ok()) return parsed.status();
-    const GridShape grid = parsed->first;
-    return std::make_unique<Build>(
-        grid.cells, [grid](uint32_t i, uint32_t j, uint32_t k) { return grid.Corner(i, j, k); },
-        std::move(parsed->second), environment.routing, block);
+    return std::make_unique<Build>(parsed->cells, std::move(parsed->corner), std::move(parsed->assignment),
+                                   environment.routing, block);
   }
 
   Build(std::array<uint32_t, 3> cells, CornerFunction corner, Assignment assignment, Routing routing,

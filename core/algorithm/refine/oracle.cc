@@ -107,13 +107,9 @@ absl::StatusOr<Point3> PointParameter(const Parameters& parameters, absl::string
 absl::StatusOr<std::unique_ptr<RefineOracle>> MakeList(const Parameters& parameters) {
   absl::StatusOr<std::string> text = parameters.Text("cells");
   if (!text.ok()) return text.status();
-  absl::flat_hash_set<CellId> cells;
-  for (absl::string_view word : absl::StrSplit(*text, ' ', absl::SkipEmpty())) {
-    absl::StatusOr<CellId> id = CellId::Parse(word);
-    if (!id.ok()) return id.status();
-    cells.insert(*id);
-  }
-  return std::make_unique<ListOracle>(std::move(cells));
+  absl::StatusOr<absl::flat_hash_set<CellId>> cells = ParseCellIds(*text);
+  if (!cells.ok()) return cells.status();
+  return std::make_unique<ListOracle>(*std::move(cells));
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 // shared faces are boundary now: RemoveFace(l), l any label of the face. Both sides may erase at once, so a
 // label that is absent means that there is nothing to do. A phase of its own.
 //
-// Parameters: keep: inside, cut, outside, or several of them with commas (default "inside,cut"), or all.
-// Counts: removed, hexahedra (left), accounted_bytes.
+// Parameters: keep: inside, cut, outside, or several of them with commas (default "inside,cut"), or all; or
+// cells: the ids of those to erase, in text form, separated by spaces, whatever their state. Counts: removed,
+// hexahedra (left), accounted_bytes.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,7 +45,12 @@ class Trim final : public BlockAlgorithm {
             absl::StrCat("parameter 'keep' is '", text, "', expected inside, cut, outside or all"));
       }
     }
-    return std::make_unique<Trim>(keep, environment.routing, block);
+    auto trim = std::make_unique<Trim>(keep, environment.routing, block);
+    if (!parameters.Has("cells")) return trim;
+    absl::StatusOr<absl::flat_hash_set<CellId>> cells = ParseCellIds(parameters.TextOr("cells", ""));
+    if (!cells.ok()) return cells.status();
+    trim->listed_ = *std::move(cells);
+    return trim;
   }
 
   struct Keep {
@@ -60,6 +67,10 @@ class Trim final : public BlockAlgorithm {
     auto& cells = map_.template attributes<3>();
     for (auto it = cells.begin(); it != cells.end(); ++it) {
       const CellState state = map_.template info_of_attribute<3>(it).state;
+      if (listed_.has_value()) {
+        if (listed_->contains(map_.template info_of_attribute<3>(it).id)) todo_.push_back(it);
+        continue;
+      }
       if (!all && (state == CellState::kUnknown || state == CellState::kClear)) {
         return absl::FailedPreconditionError(
             absl::StrCat("block ", block_.id().value, ": hexahedron ",
@@ -213,6 +224,7 @@ class Trim final : public BlockAlgorithm {
   }
 
   const Keep keep_;
+  std::optional<absl::flat_hash_set<CellId>> listed_;
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
