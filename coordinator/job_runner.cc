@@ -167,6 +167,7 @@ absl::Status JobRunner::CreateBlocks(Run& run) {
     requests[i].set_block_count(run.map.block_count());
     requests[i].set_routing(run.map.routing());
     requests[i].set_surface_id(run.map.surface_id());
+    *requests[i].mutable_grid() = run.map.grid();
     for (const v1::BlockPlacement& placement : run.map.blocks()) {
       if (placement.server_id() == run.targets[i].server_id) requests[i].add_blocks(placement.block());
     }

@@ -10,7 +10,9 @@
 #include "absl/synchronization/notification.h"
 #include "server/hosted_map.h"
 #include "server/wire.h"
+#include "service/grid.h"
 #include "service/names.h"
+#include "service/surface_transfer.h"
 
 namespace ndmap::server {
 
@@ -75,10 +77,21 @@ absl::StatusOr<BlockHost::HostedBlock*> BlockHost::FindBlock(HostedMap& map, uin
       absl::StrCat("server ", address_, " does not have block ", block, " of map \"", map.name, "\""));
 }
 
-void BlockHost::PutSurface(const std::string& id, TriangleSurface surface) {
+absl::Status BlockHost::PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes) {
+  auto bytes = [](const TriangleSurface& s) {
+    return service::SurfaceBytes(s.points.size(), s.triangles.size());
+  };
   auto shared = std::make_shared<const TriangleSurface>(std::move(surface));
+  uint64_t kept = bytes(*shared);
   absl::MutexLock lock(&mutex_);
+  for (const auto& [other, there] : surfaces_) kept += other == id ? 0 : bytes(*there);
+  if (kept > max_bytes) {
+    return absl::ResourceExhaustedError(absl::StrCat("server ", address_, " would keep ", kept,
+                                                     " bytes of surfaces, over its limit of ", max_bytes,
+                                                     " (--max-surface-bytes)"));
+  }
   surfaces_[id] = std::move(shared);
+  return absl::OkStatus();
 }
 
 absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
@@ -91,6 +104,11 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
   map->name = request.map();
   map->block_count = request.block_count();
   map->routing = request.routing() == v1::ROUTING_BROADCAST ? Routing::kBroadcast : Routing::kDirect;
+  if (request.has_grid()) {
+    absl::StatusOr<GridShape> grid = service::GridFromWire(request.grid());
+    if (!grid.ok()) return grid.status();
+    map->grid = *grid;
+  }
   PeerTransport* const transport = wrapped_ ? wrapped_.get() : router_.get();
   for (uint32_t b : request.blocks()) {
     if (b >= request.block_count()) {
@@ -130,8 +148,8 @@ absl::Status BlockHost::DropMap(const std::string& name) {
     absl::MutexLock lock(&mutex_);
     maps_.erase(name);
   }
-  // The surfaces that only this table still holds go with it.
-  const std::shared_ptr<const TriangleSurface> surface = std::exchange((*map)->surface, nullptr);
+  // The surface goes with the last map that uses it.
+  const std::shared_ptr<const TriangleSurface> surface = (*map)->surface;
   absl::MutexLock lock(&mutex_);
   const bool used =
       std::any_of(maps_.begin(), maps_.end(), [&](const auto& m) { return m.second->surface == surface; });
@@ -234,6 +252,7 @@ absl::StatusOr<BlockHost::MapInfo> BlockHost::Info(const std::string& name) cons
   MapInfo info;
   info.block_count = (*map)->block_count;
   info.routing = (*map)->routing;
+  info.grid = (*map)->grid;
   for (const auto& [number, hosted] : (*map)->blocks) info.blocks.push_back(number);
   absl::MutexLock lock(&(*map)->mutex);
   info.addresses = (*map)->addresses;

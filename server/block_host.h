@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "core/algorithm/block_algorithm.h"
+#include "core/geometry/grid_shape.h"
 #include "core/map/block.h"
 #include "ndmap/v1/block_service.pb.h"
 #include "server/actor.h"
@@ -47,7 +49,9 @@ class BlockHost {
   // Where this process is reached: batches to blocks placed at this address stay in memory. Before any phase.
   void SetAddress(const std::string& address) { address_ = address; }
 
-  void PutSurface(const std::string& id, TriangleSurface surface);
+  // Keeps a surface for the maps to come. RESOURCE_EXHAUSTED when all surfaces here would take more than
+  // `max_bytes`.
+  absl::Status PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes);
   absl::Status CreateBlocks(const v1::CreateBlocksRequest& request);
   absl::Status DropMap(const std::string& map);
   // After a new registration: the coordinator knows nothing of what was here.
@@ -78,6 +82,8 @@ class BlockHost {
     std::vector<uint32_t> blocks;
     // Addresses by block, of the last phase; empty strings before the first.
     std::vector<std::string> addresses;
+    // The initial hexahedra, when the map was created with a grid.
+    std::optional<GridShape> grid;
   };
   absl::StatusOr<MapInfo> Info(const std::string& map) const;
   size_t map_count() const;

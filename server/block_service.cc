@@ -79,9 +79,8 @@ grpc::Status BlockServiceImpl::PutSurface(grpc::ServerContext*, grpc::ServerRead
     if (absl::Status status = receiver.Add(chunk); !status.ok()) return ToGrpc(status);
   }
   if (absl::Status status = receiver.Finish(); !status.ok()) return ToGrpc(status);
-  host_->PutSurface(receiver.id(), receiver.Take());
   response->set_surface_id(receiver.id());
-  return grpc::Status::OK;
+  return ToGrpc(host_->PutSurface(receiver.id(), receiver.Take(), options_.max_surface_bytes));
 }
 
 grpc::Status BlockServiceImpl::CreateBlocks(grpc::ServerContext*, const v1::CreateBlocksRequest* request,

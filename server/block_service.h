@@ -18,7 +18,7 @@ struct ServiceOptions {
   // Empty: none.
   std::string data_folder;
   uint64_t max_surface_bytes = uint64_t{4} << 30;
-  PieceSource piece_source;
+  PieceSource piece_source = MakeVtuPiece;
 };
 
 class BlockServiceImpl final

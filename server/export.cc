@@ -59,7 +59,6 @@ absl::StatusOr<std::string> FileInDataFolder(const std::string& data_folder,
 absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::string& data_folder,
                          const v1::ExportPieceRequest& request, std::function<bool()> gone,
                          const std::function<bool(const v1::ExportPieceResponse&)>& write) {
-  if (!source) return absl::UnimplementedError("this server writes no pieces");
   std::string file;
   if (!request.folder().empty()) {
     absl::StatusOr<std::string> path = FileInDataFolder(data_folder, request);
@@ -68,9 +67,13 @@ absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::
   }
   absl::StatusOr<BlockHost::MapInfo> info = host.Info(request.map());
   if (!info.ok()) return info.status();
+  if (!info->grid) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map \"", request.map(), "\" has no grid to number cells by"));
+  }
   const Parameters options(
       absl::btree_map<std::string, std::string>(request.options().begin(), request.options().end()));
-  absl::StatusOr<std::unique_ptr<PieceBuilder>> builder = source(options, info->block_count);
+  absl::StatusOr<std::unique_ptr<PieceBuilder>> builder = source(options, *info->grid);
   if (!builder.ok()) return builder.status();
   auto step = [&](Block3& block) { return (*builder)->Step(block); };
   if (absl::Status s = host.QuerySliced(request.map(), request.block(), step, gone); !s.ok()) return s;
@@ -100,7 +103,7 @@ absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::
   absl::Status status = (*builder)->Write(sink);
   out.close();
   std::error_code error;
-  if (status.ok() && stopped) {
+  if (stopped) {
     status = file.empty() ? absl::CancelledError("the caller has gone")
                           : absl::UnavailableError(absl::StrCat("cannot write ", file));
   }

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct BlockHost::HostedMap {
   uint32_t block_count = 0;
   Routing routing = Routing::kDirect;
   std::shared_ptr<const TriangleSurface> surface;
+  std::optional<GridShape> grid;
   // Does not change after the map was made; closures of actors hold the block.
   std::map<uint32_t, std::shared_ptr<HostedBlock>> blocks;
 

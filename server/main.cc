@@ -16,8 +16,13 @@ int main(int argc, char** argv) {
   service::AddProgramOptions(app, program);
   server::BlockServerOptions options;
   app.add_option("--coordinator", options.coordinator, "HOST:PORT of the coordinator")
-      ->envname("NDMAP_COORDINATOR")
-      ->required();
+      ->envname("NDMAP_COORDINATOR");
+  double coordinator_timeout = 4;
+  app.add_option("--coordinator-timeout", coordinator_timeout,
+                 "seconds to wait for the coordinator at the start")
+      ->envname("NDMAP_COORDINATOR_TIMEOUT")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
   app.add_option("--advertise", options.advertise,
                  "HOST:PORT that peers and clients connect to; default: --listen")
       ->envname("NDMAP_ADVERTISE");
@@ -29,7 +34,8 @@ int main(int argc, char** argv) {
                  "folder below which clients may have files written")
       ->envname("NDMAP_DATA_DIR")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--max-surface-bytes", options.service.max_surface_bytes, "limit of one surface")
+  app.add_option("--max-surface-bytes", options.service.max_surface_bytes,
+                 "limit of all surfaces that are kept")
       ->envname("NDMAP_MAX_SURFACE_BYTES")
       ->transform(CLI::AsSizeValue(false))
       ->capture_default_str();
@@ -39,8 +45,11 @@ int main(int argc, char** argv) {
     std::cerr << "ndmap-server: " << status.message() << '\n';
     return 1;
   };
+  if (options.coordinator.empty())
+    return fail(absl::InvalidArgumentError("--coordinator HOST:PORT is missing"));
   if (absl::Status status = service::BeginProgram(program); !status.ok()) return fail(status);
   options.listen = program.listen;
+  options.coordinator_timeout = absl::Seconds(coordinator_timeout);
   options.host.factory = [](absl::string_view name, const Parameters& parameters,
                             const Environment& environment,
                             Block3& block) { return MakeAlgorithm(name, parameters, environment, block); };

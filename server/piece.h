@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/algorithm/parameters.h"
+#include "core/geometry/grid_shape.h"
 #include "core/map/block.h"
 
 namespace ndmap::server {
@@ -32,6 +33,9 @@ class PieceBuilder {
 
 // INVALID_ARGUMENT names the option that is wrong.
 using PieceSource = std::function<absl::StatusOr<std::unique_ptr<PieceBuilder>>(const Parameters& options,
-                                                                                uint32_t block_count)>;
+                                                                                const GridShape& grid)>;
+
+// VTU pieces (core/io). Option: cells, "hexahedron" (the default) or "polyhedron".
+absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid);
 
 }  // namespace ndmap::server
