@@ -265,7 +265,8 @@ absl::StatusOr<int> Runner::Go() {
   report_.depth = depth_;
   report_.processes = processes_.servers;
   status = Step("stop", [&] {
-    children_.Stop();
+    // Nothing of theirs is wanted any more.
+    children_.Stop(absl::Milliseconds(50));
     return absl::OkStatus();
   });
   report_.total_seconds = absl::ToDoubleSeconds(absl::Now() - begin);

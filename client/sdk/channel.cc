@@ -68,7 +68,9 @@ absl::Status FromGrpc(const grpc::Status& status, absl::string_view who) {
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       return absl::Status(code, absl::StrCat(who, " did not answer in time"));
     case grpc::StatusCode::UNIMPLEMENTED:
-      return absl::Status(code, absl::StrCat(who, " does not know this call: ", status.error_message()));
+      return absl::Status(code, absl::StrCat(who, ": ",
+                                             status.error_message().empty() ? "it does not know this call"
+                                                                            : status.error_message()));
     default:
       return absl::Status(code, status.error_message());
   }

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a wrong command line, a wrong file and a cluster that is not there lead to: one line, no hang, nothing
+// left.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/cli/command.h"
+
+namespace ndmap::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+std::string Surface() {
+  static const TemporaryFolder& folder = *new TemporaryFolder;
+  const std::string path = folder / "sphere.off";
+  if (!Exists(path)) Ndmap({"sample", "sphere", "-o", path, "--triangles", "500"});
+  return path;
+}
+
+struct WrongUse {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::string says;
+};
+
+class WrongUseTest : public ::testing::TestWithParam<WrongUse> {};
+
+TEST_P(WrongUseTest, IsOneLineAndNotZero) {
+  std::vector<std::string> arguments = GetParam().arguments;
+  for (std::string& argument : arguments) {
+    if (argument == "SURFACE") argument = Surface();
+  }
+  const Outcome outcome = Ndmap(arguments);
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_LT(outcome.code, 128);
+  EXPECT_EQ(outcome.error_lines(), 1 + (outcome.err.rfind("read ", 0) == 0)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr(GetParam().says));
+  EXPECT_LT(outcome.seconds, 5);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, WrongUseTest,
+    ::testing::Values(
+        WrongUse{"NoCommand", {}, "no command was given"}, WrongUse{"UnknownCommand", {"refnie"}, "refnie"},
+        WrongUse{"UnknownFlag", {"run", "SURFACE", "--dept", "3"}, "--dept"},
+        WrongUse{"NoSurface", {"run"}, "SURFACE is required"},
+        WrongUse{"BadNumber", {"run", "SURFACE", "--depth", "three"}, "'three' is not a whole number"},
+        WrongUse{
+            "NegativeDepth", {"run", "SURFACE", "--depth", "-1"}, "'-1' is not a whole number from 0 to 31"},
+        WrongUse{"DepthAboveLimit", {"run", "SURFACE", "--depth", "32"}, "labels and ids hold 31 levels"},
+        WrongUse{"SizeAboveLimit", {"run", "SURFACE", "--size", "1e-30"}, "31"},
+        WrongUse{"BadSize", {"run", "SURFACE", "--size", "0"}, "'0' is not a number above 0"},
+        WrongUse{
+            "GridAndCubes", {"run", "SURFACE", "--grid", "2x2x2", "--cubes", "3"}, "--grid excludes --cubes"},
+        WrongUse{
+            "DepthAndSize", {"run", "SURFACE", "--depth", "2", "--size", "1"}, "--depth excludes --size"},
+        WrongUse{"BadGrid", {"run", "SURFACE", "--grid", "2x2"}, "'2x2' is not AxBxC"},
+        WrongUse{"ZeroGrid", {"run", "SURFACE", "--grid", "2x0x2"}, "'2x0x2' is not AxBxC"},
+        WrongUse{"ZeroCubes", {"run", "SURFACE", "--cubes", "0"}, "--cubes"},
+        WrongUse{"BadPadding", {"run", "SURFACE", "--padding", "-0.1"}, "'-0.1' is not a number from 0"},
+        WrongUse{"ZeroBlocks", {"run", "SURFACE", "--blocks", "0"}, "--blocks: '0'"},
+        WrongUse{"MoreBlocksThanCells",
+                 {"run", "SURFACE", "--grid", "1x1x2", "--blocks", "3"},
+                 "only 2 hexahedra"},
+        WrongUse{"MoreProcessesThanBlocks",
+                 {"run", "SURFACE", "--blocks", "2", "--processes", "3"},
+                 "only 2 blocks"},
+        WrongUse{"BadMemory", {"run", "SURFACE", "--memory-limit", "1XB"}, "'1XB' is not a size"},
+        WrongUse{"BadRouting",
+                 {"run", "SURFACE", "--routing", "psychic"},
+                 "'psychic' is none of direct, broadcast"},
+        WrongUse{"BadPartition", {"run", "SURFACE", "--partition", "fair"}, "'fair' is none of"},
+        WrongUse{"BadKeep", {"run", "SURFACE", "--keep", "outside"}, "'outside' is none of"},
+        WrongUse{"BadCells", {"run", "SURFACE", "--cells", "tetrahedron"}, "'tetrahedron' is none of"},
+        WrongUse{"UnwritableOutput",
+                 {"run", "SURFACE", "-o", "/proc/nothing"},
+                 "cannot write into '/proc/nothing'"},
+        WrongUse{"OutputIsAFile", {"run", "SURFACE", "-o", "/etc/passwd"}, "it is a file"},
+        WrongUse{"NoSuchSurface", {"run", "/nonexistent/cow.off"}, "/nonexistent/cow.off: no such file"},
+        WrongUse{"UnknownSample", {"sample", "teapot", "-o", "x.off"}, "'teapot' is none of"},
+        WrongUse{
+            "UnwritableSample", {"sample", "sphere", "-o", "/proc/nothing/x.off"}, "/proc/nothing/x.off"},
+        WrongUse{"NoCoordinator", {"maps"}, "no coordinator: give --coordinator"},
+        WrongUse{"BadCoordinator", {"maps", "--coordinator", "localhost"}, "'localhost' is not HOST:PORT"},
+        WrongUse{"BadWord", {"beta", "m", "0:0", "1,4"}, "'1,4' is not a word of betas"},
+        WrongUse{"BadDart", {"beta", "m", "zero", "1"}, "'zero' is not a dart"},
+        WrongUse{"BadJob", {"watch", "last"}, "'last' is not a whole number"},
+        WrongUse{"BadOracle", {"refine", "m", "--oracle", "delphi"}, "'delphi' is none of"},
+        WrongUse{"OracleNeedsParameter",
+                 {"refine", "m", "--oracle", "sphere", "--centre", "0,0,0"},
+                 "needs --radius"},
+        WrongUse{"ParameterOfAnotherOracle",
+                 {"refine", "m", "--radius", "1"},
+                 "--radius is not for --oracle surface"},
+        WrongUse{"BadPort", {"up", "--port", "70000"}, "'70000'"}),
+    [](const auto& info) { return info.param.name; });
+
+TEST(Usage, EveryCommandHasHelpWithAnExample) {
+  for (const char* command : {"run", "up", "create", "refine", "trim", "stats", "check", "hash", "export",
+                              "delete", "maps", "jobs", "watch", "cancel", "version", "beta", "sample"}) {
+    const Outcome outcome = Ndmap({command, "--help"});
+    EXPECT_EQ(outcome.code, 0) << command;
+    EXPECT_THAT(outcome.out, HasSubstr(std::string("Example: ndmap ") + command)) << command;
+    EXPECT_EQ(outcome.err, "") << command;
+  }
+  EXPECT_THAT(Ndmap({"--help"}).out, HasSubstr("Example: ndmap sample"));
+}
+
+TEST(Usage, VersionNeedsNoCluster) {
+  const Outcome outcome = Ndmap({"version", "--json"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.json()["protocol"], 1);
+}
+
+TEST(Usage, SampleIsASurfaceThatCanBeReadAgain) {
+  const TemporaryFolder folder;
+  const Outcome made = Ndmap({"sample", "bumpy-torus", "-o", folder / "deep/torus.off", "--json"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.json()["triangles"], 10000);
+  const Outcome dry = Ndmap({"run", folder / "deep/torus.off", "--dry-run", "--depth", "3", "--json"});
+  EXPECT_EQ(dry.code, 0) << dry.err;
+  EXPECT_GT(dry.json()["made"], 10000);
+  EXPECT_EQ(dry.json()["levels"].size(), 4u);
+  EXPECT_GT(dry.json()["memory_bytes"], 1e6);
+}
+
+TEST(Usage, ABadSurfaceLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "open.off") << "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  Command command({"run", folder / "open.off", "-o", folder / "out"});
+  const Outcome outcome = command.Finish();
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.error_lines(), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("open.off"));
+  EXPECT_TRUE(command.WaitForAllToEnd());
+  EXPECT_FALSE(Exists(folder / "out"));
+}
+
+TEST(Unreachable, ACoordinatorThatIsNotThere) {
+  for (const char* command : {"maps", "jobs", "version"}) {
+    const Outcome outcome = Ndmap({command, "--coordinator", "127.0.0.1:" + std::to_string(FreePort())});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_EQ(outcome.error_lines(), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("cannot be reached: Connection refused"));
+    EXPECT_LT(outcome.seconds, 5);
+  }
+}
+
+TEST(Unreachable, ACoordinatorThatDoesNotAnswer) {
+  const SilentListener listener;
+  const Outcome outcome = Ndmap({"maps", "--coordinator", "127.0.0.1:" + std::to_string(listener.port())});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.error_lines(), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, StartsWith("ndmap maps: the coordinator at 127.0.0.1:"));
+  EXPECT_LT(outcome.seconds, 5);
+}
+
+TEST(Unreachable, APortInUse) {
+  const SilentListener listener;
+  Command command({"up", "--port", std::to_string(listener.port())});
+  const Outcome outcome = command.Finish();
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.error_lines(), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("port " + std::to_string(listener.port())));
+  EXPECT_LT(outcome.seconds, 5);
+  EXPECT_TRUE(command.WaitForAllToEnd());
+}
+
+}  // namespace
+}  // namespace ndmap::testing
