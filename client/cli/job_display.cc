@@ -85,9 +85,9 @@ void JobDisplay::Show(const v1::JobProgress& now, const JobHandle& job) {
   const bool by_level = now.algorithm() == "refine" && names_[shown_] != "refine";
   const double fraction =
       by_level && cells_ > 0 ? static_cast<double>(tested) / static_cast<double>(cells_) : -1;
-  const auto idle = std::count_if(now.blocks().begin(), now.blocks().end(),
-                                  [](const v1::BlockProgress& block) { return block.idle(); });
-  std::string detail = absl::StrCat(idle, "/", now.blocks_size(), " blocks idle");
+  const auto busy = std::count_if(now.blocks().begin(), now.blocks().end(),
+                                  [](const v1::BlockProgress& block) { return !block.idle(); });
+  std::string detail = absl::StrCat(busy, "/", now.blocks_size(), " blocks busy");
   if (now.algorithm() == "refine") {
     detail = absl::StrCat(FormatCount(Sum(now, "refined")), " refined, ", detail);
   }

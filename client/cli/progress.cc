@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/cli/progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +13,16 @@
 #include "client/cli/text.h"
 
 namespace ndmap::cli {
+
+namespace {
+
+// A longer line would wrap, and could not be erased.
+size_t Columns(std::FILE* out) {
+  winsize size{};
+  return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
 
 std::string Bar(double fraction, int width) {
   const int inside = std::max(1, width - 2);
@@ -69,8 +80,9 @@ void Progress::Draw() {
   if (!terminal_ || quiet_ || !busy_) return;
   drawn_ = absl::Now();
   const std::string bar = fraction_ < 0 ? std::string(24, ' ') : Bar(fraction_, 24);
-  absl::FPrintF(out_, "\r\x1b[K%-16s %8s  %s %s", step_,
-                FormatSeconds(absl::ToDoubleSeconds(drawn_ - begun_)), bar, detail_);
+  const std::string line = absl::StrFormat(
+      "%-16s %8s  %s %s", step_, FormatSeconds(absl::ToDoubleSeconds(drawn_ - begun_)), bar, detail_);
+  absl::FPrintF(out_, "\r\x1b[K%s", line.substr(0, Columns(out_) - 1));
   std::fflush(out_);
 }
 

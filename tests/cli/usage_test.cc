@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 std::string Surface() {
-  static const TemporaryFolder& folder = *new TemporaryFolder;
+  static const TemporaryFolder folder;
   const std::string path = folder / "sphere.off";
   if (!Exists(path)) Ndmap({"sample", "sphere", "-o", path, "--triangles", "500"});
   return path;

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Meshes as files: each block's server writes its piece, the client streams it into place.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tests/cli/command.h"
+
+namespace ndmap::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class ExportTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    surface_ = folder_ / "torus.off";
+    ASSERT_EQ(Ndmap({"sample", "bumpy-torus", "-o", surface_, "--triangles", "2000"}).code, 0);
+  }
+  // The sizes of the pieces that the index names, which must all be there, in one sum.
+  uint64_t BytesOfPieces(const std::string& out, int blocks) {
+    std::stringstream index;
+    index << std::ifstream(out + "/mesh.pvtu").rdbuf();
+    uint64_t bytes = 0;
+    for (int block = 0; block < blocks; ++block) {
+      const std::string name = "block_000" + std::to_string(block) + ".vtu";
+      EXPECT_THAT(index.str(), HasSubstr(name));
+      std::ifstream piece(out + "/" + name, std::ios::ate | std::ios::binary);
+      EXPECT_TRUE(piece.good()) << name;
+      bytes += static_cast<uint64_t>(piece.tellg());
+      EXPECT_FALSE(Exists(out + "/" + name + ".part"));
+    }
+    return bytes;
+  }
+
+  TemporaryFolder folder_;
+  std::string surface_;
+};
+
+TEST_F(ExportTest, ARunWritesAPieceForEachBlockAndAnIndex) {
+  const std::string out = folder_ / "new/mesh";
+  const Outcome outcome =
+      Ndmap({"run", surface_, "--json", "--grid", "8x8x3", "--depth", "2", "--blocks", "3", "-o", out});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.json()["output"], out + "/mesh.pvtu");
+  EXPECT_EQ(outcome.json()["output_bytes"], BytesOfPieces(out, 3));
+}
+
+TEST_F(ExportTest, AMapOfAClusterIsWrittenInEitherKindOfCells) {
+  Command up({"up", "--processes", "2", "--json"});
+  ASSERT_TRUE(up.WaitFor("use it with --coordinator"));
+  ASSERT_TRUE(up.WaitFor("\n}\n"));
+  const std::string coordinator = CoordinatorOf(up);
+  const auto call = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--json", "--coordinator", coordinator});
+    const Outcome outcome = Ndmap(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.json();
+  };
+  call({"create", "torus", surface_, "--grid", "8x8x3", "--blocks", "2"});
+  call({"refine", "torus", "--depth", "2"});
+  const json trimmed = call({"trim", "torus"});
+  uint64_t last = 0;
+  for (const char* cells : {"hexahedron", "polyhedron"}) {
+    const std::string out = folder_ / cells;
+    const json exported = call({"export", "torus", "-o", out, "--cells", cells});
+    EXPECT_EQ(exported["index"], out + "/mesh.pvtu");
+    EXPECT_EQ(exported["pieces"].size(), 2u);
+    EXPECT_EQ(exported["cells"], trimmed["phases"][1]["counts"]["hexahedra"]);
+    EXPECT_EQ(exported["bytes"], BytesOfPieces(out, 2));
+    // Polyhedra list every face.
+    EXPECT_GT(exported["bytes"], last);
+    last = exported["bytes"].get<uint64_t>();
+  }
+}
+
+}  // namespace
+}  // namespace ndmap::testing
