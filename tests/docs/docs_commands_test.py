@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs the commands that the documentation shows and compares what they print.
+
+usage: docs_commands_test.py --bin BUILD/bin FILE.md...
+
+A fenced block after a line `<!-- run -->` is run: lines that begin with "$ " are commands, the others what they
+print, standard error included. Times, sizes in bytes, ports, numbers of messages and the numbers in rows of tables
+may differ; "…" stands for any text within a line, and a line that is only "…" for any lines. A command that fails
+must say so: `<!-- run, fails -->`. A command that ends in "&" stays until the file ends, and the next one
+waits until it has printed what the page shows. Blocks of one file share a folder and a shell. The port 7100 of the
+pages is replaced by a free one. `<!-- as FILE -->` before a block writes the block into FILE instead.
+"""
+import argparse
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+PAGE_PORT = "7100"
+MARK = re.compile(r"<!-- (run|run, fails|as (\S+)) -->\s*$")
+
+
+def blocks_of(page):
+    """(line number, whether its commands fail, file to write, lines) of each marked block."""
+    mark = None
+    lines = open(page, encoding="utf-8").read().split("\n")
+    i = 0
+    while i < len(lines):
+        match = MARK.match(lines[i])
+        if match:
+            mark = match
+        elif lines[i].startswith("```") and mark:
+            end = lines.index("```", i + 1)
+            yield i + 1, "fails" in mark.group(1), mark.group(2), lines[i + 1:end]
+            mark, i = None, end
+        elif lines[i].strip():
+            mark = None
+        i += 1
+
+
+def commands_of(lines):
+    """(command, what it prints) in order."""
+    result = []
+    for line in lines:
+        if line.startswith("$ "):
+            result.append((line[2:], []))
+        elif result and result[-1][0].endswith("\\"):
+            result[-1] = (result[-1][0] + "\n" + line, [])
+        elif result:
+            result[-1][1].append(line)
+    return result
+
+
+def plain(line):
+    """The line without what may differ between two runs."""
+    line = re.sub(r"127\.0\.0\.1:\d+", "ADDRESS", line)
+    line = re.sub(r"\d+\.\d+ s\b", "TIME", line)
+    line = re.sub(r"[\d.]+ (bytes|KiB|MiB|GiB)", "SIZE", line)
+    line = re.sub(r"[\d,]+ messages", "N messages", line)
+    if re.match(r"\s*(\d+|all)\s+(ADDRESS|[\d,]+)\s", line):
+        line = re.sub(r"[\d,]+", "N", line)
+    line = re.sub(r"-{2,}", "--", line)
+    return re.sub(r"\s+", " ", line).strip()
+
+
+def same(expected, printed):
+    """Whether the lines of a page stand for the lines that were printed."""
+    if not expected:
+        return not printed
+    if expected[0] == "…":
+        return any(same(expected[1:], printed[i:]) for i in range(len(printed) + 1))
+    if not printed:
+        return False
+    pattern = ".*".join(re.escape(part) for part in expected[0].split("…"))
+    return re.fullmatch(pattern, printed[0]) is not None and same(expected[1:], printed[1:])
+
+
+def matches(expected, text):
+    return same([plain(l) for l in expected if l.strip()], [plain(l) for l in text.split("\n") if l.strip()])
+
+
+class Shell:
+    """bash, a command at a time, in a folder of its own."""
+
+    def __init__(self, folder, environment):
+        self.folder = folder
+        self.count = 0
+        self.bash = subprocess.Popen(["bash", "--norc"], cwd=folder, env=environment, stdin=subprocess.PIPE,
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True,
+                                     start_new_session=True)
+
+    def run(self, command, expected):
+        """Exit code and output."""
+        self.count += 1
+        out = os.path.join(self.folder, f".out{self.count}")
+        code = os.path.join(self.folder, f".code{self.count}")
+        background = command.endswith("&")
+        body = command[:-1] if background else command
+        text = f"{{ {body}\n}} >{out} 2>&1 " + ("&\n" if background else f"\necho $? >{code}.tmp; mv {code}.tmp {code}\n")
+        self.bash.stdin.write(text)
+        self.bash.stdin.flush()
+        end = time.monotonic() + 60
+        while time.monotonic() < end and self.bash.poll() is None:
+            if background and os.path.exists(out) and matches(expected, open(out, encoding="utf-8").read()):
+                return 0, open(out, encoding="utf-8").read()
+            if os.path.exists(code):
+                return int(open(code).read()), open(out, encoding="utf-8").read()
+            time.sleep(0.02)
+        return -1, open(out, encoding="utf-8").read() + "\n(no end after 60 s)"
+
+    def close(self):
+        """Ends the shell and what it left running, by name of this shell's own session only."""
+        try:
+            os.killpg(self.bash.pid, signal.SIGTERM)
+            self.bash.wait(20)
+        except (ProcessLookupError, subprocess.TimeoutExpired):
+            pass
+        try:
+            os.killpg(self.bash.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+
+def free_port():
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return str(s.getsockname()[1])
+
+
+def check_page(page, bin_folder, root):
+    """Number of commands run, and what differs."""
+    faults, count = [], 0
+    folder = tempfile.mkdtemp(prefix="ndmap-docs-")
+    environment = dict(os.environ, PATH=bin_folder + os.pathsep + os.environ["PATH"], LC_ALL="C.UTF-8", SOURCE=root)
+    environment.pop("NDMAP_COORDINATOR", None)
+    port = free_port()
+    shell = Shell(folder, environment)
+    try:
+        for line, fails, name, lines in blocks_of(page):
+            if name:
+                with open(os.path.join(folder, name), "w", encoding="utf-8") as f:
+                    f.write("\n".join(lines) + "\n")
+                continue
+            for command, expected in commands_of(lines):
+                count += 1
+                code, text = shell.run(command.replace(PAGE_PORT, port), expected)
+                where = f"{page}:{line}: $ {command}"
+                if (code != 0) != fails:
+                    faults.append(f"{where}\n  exit code {code}, printed:\n{text}")
+                elif not matches(expected, text):
+                    faults.append(f"{where}\n  the page shows:\n" + "\n".join(expected) + f"\n  it printed:\n{text}")
+    finally:
+        shell.close()
+        shutil.rmtree(folder, ignore_errors=True)
+    return count, faults
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", required=True)
+    parser.add_argument("pages", nargs="+")
+    options = parser.parse_args()
+    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    failed = False
+    for page in options.pages:
+        count, faults = check_page(page, os.path.abspath(options.bin), root)
+        if count == 0:
+            faults.append(f"{page}: no command is marked to be run")
+        for fault in faults:
+            print(fault)
+        print(f"{page}: {count} commands, {len(faults)} faults", flush=True)
+        failed = failed or bool(faults)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
