@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
@@ -29,7 +30,8 @@ std::string OwnFolder() {
 }
 
 // Everything between fork and exec; only calls that are safe there. Ends the child if anything fails.
-[[noreturn]] void Become(char* const* arguments, pid_t parent, pid_t group, const ChildOptions& options) {
+[[noreturn]] void Become(char* const* arguments, char* const* environment, pid_t parent, pid_t group,
+                         const ChildOptions& options) {
   setpgid(0, group);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // The parent may have died before the line above took effect.
@@ -40,7 +42,7 @@ std::string OwnFolder() {
   const int nothing = open("/dev/null", O_RDONLY);
   if (nothing >= 0) dup2(nothing, STDIN_FILENO);
   UnblockSignalsInChild();
-  execv(arguments[0], arguments);
+  execve(arguments[0], arguments, environment);
   _exit(127);
 }
 
@@ -70,6 +72,12 @@ absl::StatusOr<pid_t> ChildProcesses::Start(const std::vector<std::string>& argu
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  // What is set for somebody else's services must not reach ours.
+  std::vector<char*> environment;
+  for (char** e = environ; *e != nullptr; ++e) {
+    if (!absl::StartsWith(*e, "NDMAP_")) environment.push_back(*e);
+  }
+  environment.push_back(nullptr);
   absl::MutexLock lock(&mutex_);
   if (closed_) return absl::CancelledError("interrupted");
   const pid_t parent = getpid();
@@ -78,7 +86,7 @@ absl::StatusOr<pid_t> ChildProcesses::Start(const std::vector<std::string>& argu
     return absl::ResourceExhaustedError(
         absl::StrCat("cannot start ", arguments[0], ": ", std::strerror(errno)));
   }
-  if (pid == 0) Become(argv.data(), parent, group_, options);
+  if (pid == 0) Become(argv.data(), environment.data(), parent, group_, options);
   // The child does the same; whoever is first.
   setpgid(pid, group_ == 0 ? pid : group_);
   if (group_ == 0) group_ = pid;

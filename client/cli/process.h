@@ -35,7 +35,8 @@ class ChildProcesses {
   ChildProcesses(const ChildProcesses&) = delete;
   ChildProcesses& operator=(const ChildProcesses&) = delete;
 
-  // arguments[0] is the program's path.
+  // arguments[0] is the program's path. The child gets this process's environment without NDMAP_...: flags of
+  // services that are set there are for services that are started by hand.
   absl::StatusOr<pid_t> Start(const std::vector<std::string>& arguments, const ChildOptions& options = {});
   // How a child ended ("exit code 1", "signal 9"); empty while it runs. Reaps it.
   std::string Ended(pid_t pid);

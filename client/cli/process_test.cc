@@ -27,6 +27,17 @@ TEST(ChildProcesses, TellsHowAChildEnded) {
   EXPECT_EQ(children.Ended(bad), "exit code 7");
 }
 
+TEST(ChildProcesses, SettingsOfOtherServicesDoNotReachChildren) {
+  setenv("NDMAP_ADVERTISE", "nowhere:1", 1);
+  setenv("OTHER_SETTING", "here", 1);
+  ChildProcesses children;
+  const pid_t child =
+      *children.Start({"/bin/sh", "-c", "test -z \"$NDMAP_ADVERTISE\" && test -n \"$OTHER_SETTING\""});
+  EXPECT_EQ(children.Wait(child), 0);
+  unsetenv("NDMAP_ADVERTISE");
+  unsetenv("OTHER_SETTING");
+}
+
 TEST(ChildProcesses, StopAsksThenKills) {
   ChildProcesses children;
   const pid_t polite = *children.Start({"/bin/sleep", "100"});
