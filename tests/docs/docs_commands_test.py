@@ -5,11 +5,14 @@
 usage: docs_commands_test.py --bin BUILD/bin FILE.md...
 
 A fenced block after a line `<!-- run -->` is run: lines that begin with "$ " are commands, the others what they
-print, standard error included. Times, sizes in bytes, ports, numbers of messages and the numbers in rows of tables
-may differ; "…" stands for any text within a line, and a line that is only "…" for any lines. A command that fails
+print, standard error included. Times, sizes in bytes, ports, numbers of messages, servers and threads, and the numbers
+in rows of tables may differ; "…" stands for any text within a line, and a line that is only "…" for any lines. A command that fails
 must say so: `<!-- run, fails -->`. A command that ends in "&" stays until the file ends, and the next one
 waits until it has printed what the page shows. Blocks of one file share a folder and a shell. The port 7100 of the
 pages is replaced by a free one. `<!-- as FILE -->` before a block writes the block into FILE instead.
+
+Also: every flag that these pages name is one that some program's --help lists (flags of other programs stand in sh
+blocks, which are left out).
 """
 import argparse
 import os
@@ -63,6 +66,8 @@ def plain(line):
     line = re.sub(r"\d+\.\d+ s\b", "TIME", line)
     line = re.sub(r"[\d.]+ (bytes|KiB|MiB|GiB)", "SIZE", line)
     line = re.sub(r"[\d,]+ messages", "N messages", line)
+    # As many as the machine has cores.
+    line = re.sub(r"\d+ (block server|thread|processe)s?", r"N \1s", line)
     if re.match(r"\s*(\d+|all)\s+(ADDRESS|[\d,]+)\s", line):
         line = re.sub(r"[\d,]+", "N", line)
     line = re.sub(r"-{2,}", "--", line)
@@ -161,15 +166,42 @@ def check_page(page, bin_folder, root):
     return count, faults
 
 
+PROGRAMS = ["ndmap", "ndmap-server", "ndmap-coordinator", "ndmap-picture"]
+# Of programs that are not ours.
+FOREIGN_FLAGS = {"--no-install-recommends"}
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+
+
+def known_flags(bin_folder):
+    """The flags that the programs' own help lists."""
+    def help_of(*command):
+        run = subprocess.run([os.path.join(bin_folder, command[0]), *command[1:], "--help"], stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, text=True, check=False)
+        return run.stdout
+    texts = [help_of(program) for program in PROGRAMS]
+    commands = re.findall(r"^  ([a-z]+) {2,}", texts[0].split("Subcommands:")[1], re.MULTILINE)
+    texts += [help_of("ndmap", command) for command in commands]
+    return set(FLAG.findall(" ".join(texts))) | FOREIGN_FLAGS
+
+
+def check_flags(page, known):
+    text = re.sub(r"```sh\n.*?```", "", open(page, encoding="utf-8").read(), flags=re.DOTALL)
+    # What a page quotes as refused is no flag.
+    text = re.sub(r"^\$ .*--dept .*$|not expected: .*$", "", text, flags=re.MULTILINE)
+    return [f"{page}: no program has a flag {flag}" for flag in sorted(set(FLAG.findall(text)) - known)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True)
     parser.add_argument("pages", nargs="+")
     options = parser.parse_args()
     root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    known = known_flags(options.bin)
     failed = False
     for page in options.pages:
         count, faults = check_page(page, os.path.abspath(options.bin), root)
+        faults += check_flags(page, known)
         if count == 0:
             faults.append(f"{page}: no command is marked to be run")
         for fault in faults:
