@@ -8,7 +8,7 @@
 # Environment:
 #   NDMAP_BARE_OUT=FOLDER      keep ./setup's log and, of `run`, the out/ folder there
 #   NDMAP_CCACHE_DIR=FOLDER    a ccache folder to compile with; without it everything is compiled
-#   NDMAP_MIRROR=URL           default http://deb.debian.org/debian
+#   NDMAP_MIRROR=URL           where debootstrap takes packages from, instead of its default
 #   TMPDIR                     where the root is made (5 GB); default /tmp
 set -euo pipefail
 
@@ -19,7 +19,7 @@ inside() {
   local root=$1 command=$2 variables=(HOME=/root "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin")
   local name
   for name in http_proxy https_proxy no_proxy CI; do [ -z "${!name:-}" ] || variables+=("$name=${!name}"); done
-  debootstrap --variant=minbase bookworm "$root" "${NDMAP_MIRROR:-http://deb.debian.org/debian}" >"$root.log"
+  debootstrap --variant=minbase bookworm "$root" ${NDMAP_MIRROR:+"$NDMAP_MIRROR"} >"$root.log"
   echo "bare root: $(du -shx "$root" | cut -f1), $(chroot "$root" dpkg-query -f '.\n' -W | wc -l) packages, after $SECONDS s"
   cp --dereference /etc/resolv.conf "$root/etc/resolv.conf"
   mount -t proc proc "$root/proc"
