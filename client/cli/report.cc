@@ -51,6 +51,7 @@ Json Levels(const RunReport& report) {
     if (phase.phase().algorithm() != "refine" || level == phase.phase().parameters().end()) continue;
     Json& entry = levels[std::atoi(level->second.c_str())];
     entry["refined"] = CountOf(phase.report(), "refined");
+    entry["refined_at_boundary"] = CountOf(phase.report(), "refined_at_boundary");
     entry["messages"] = phase.messages();
     entry["message_bytes"] = phase.message_bytes();
     entry["seconds"] = phase.wall_seconds();
@@ -81,9 +82,11 @@ Json Blocks(const RunReport& report) {
   return array;
 }
 
-// Wall and CPU seconds by phase; refinement's levels are one phase here.
+// Wall and CPU seconds by phase, the latter of the services also as user and system seconds; refinement's
+// levels are one phase here.
 void AddSeconds(const RunReport& report, Json& json) {
   Json seconds = Json::object(), cpu = Json::object();
+  Json user = Json::object(), system = Json::object();
   const auto add = [](Json& object, const std::string& name, double value) {
     object[name] = object.value(name, 0.0) + value;
   };
@@ -94,22 +97,26 @@ void AddSeconds(const RunReport& report, Json& json) {
   for (const v1::PhaseResult& phase : report.phases) {
     add(seconds, phase.phase().algorithm(), phase.wall_seconds());
     add(cpu, phase.phase().algorithm(), phase.user_seconds() + phase.system_seconds());
+    add(user, phase.phase().algorithm(), phase.user_seconds());
+    add(system, phase.phase().algorithm(), phase.system_seconds());
   }
-  double cpu_total = 0;
   Json peak = Json::object();
   uint64_t most = 0, sum = 0;
   for (const auto& [name, stats] : report.processes_at_end) {
-    cpu_total += stats.user_seconds() + stats.system_seconds();
+    add(user, "total", stats.user_seconds());
+    add(system, "total", stats.system_seconds());
     peak[name] = stats.peak_rss_bytes();
     most = std::max(most, stats.peak_rss_bytes());
     sum += stats.peak_rss_bytes();
   }
   seconds["total"] = report.total_seconds;
-  cpu["total"] = cpu_total;
+  cpu["total"] = user.value("total", 0.0) + system.value("total", 0.0);
   peak["max"] = most;
   peak["sum"] = sum;
   json["seconds"] = std::move(seconds);
   json["cpu_seconds"] = std::move(cpu);
+  json["user_seconds"] = std::move(user);
+  json["system_seconds"] = std::move(system);
   json["peak_rss_bytes"] = std::move(peak);
 }
 

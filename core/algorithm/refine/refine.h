@@ -13,8 +13,8 @@
 // Parameters: depth (0 ... 31): hexahedra of levels 0 ... depth - 1 are refined where the oracle says so;
 // level: only those of this level (a phase a level, as published); without it all, children included, in one
 // phase; oracle and its parameters (oracle.h); memory_limit: accounted bytes above which no own refinement
-// begins (0: none). Counts: refined, cells_tested, messages_kept, kept_most, stopped_by_memory (0 or 1),
-// accounted_bytes.
+// begins (0: none). Counts: refined, refined_at_boundary (those with a face that another block has, too),
+// cells_tested, messages_kept, stopped_by_memory (0 or 1), accounted_bytes.
 #pragma once
 
 #include <memory>
@@ -150,6 +150,7 @@ class Refine final : public BlockAlgorithm {
   Report report() const override {
     Report report;
     report.counts["refined"] = refined_;
+    report.counts["refined_at_boundary"] = refined_at_boundary_;
     report.counts["cells_tested"] = tested_;
     report.counts["messages_kept"] = ever_kept_;
     report.counts["stopped_by_memory"] = stopped_by_memory_ ? 1 : 0;
@@ -167,8 +168,11 @@ class Refine final : public BlockAlgorithm {
   void RefineCell(Cell cell, const F& frame, Outbox& out) {
     const int l = frame.level;
     std::array<bool, hexahedron::kFaces> whole;
+    bool at_boundary = false;
     for (unsigned f = 0; f < hexahedron::kFaces; ++f) {
-      whole[f] = F::FaceIsWhole(map_, frame.first[hexahedron::Role(f, 0)], l);
+      const Dart d = frame.first[hexahedron::Role(f, 0)];
+      whole[f] = F::FaceIsWhole(map_, d, l);
+      at_boundary = at_boundary || block_.IsCritical(d);
     }
     for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
       // Each edge has two roles; and a neighbour may have split it.
@@ -189,6 +193,7 @@ class Refine final : public BlockAlgorithm {
     const CellId id = map_.template info_of_attribute<3>(cell).id;
     subdivider_.SplitVolume(cell, frame);
     ++refined_;
+    if (at_boundary) ++refined_at_boundary_;
     block_.Touch();
     if (options_.level != Options::kAllLevels || id.level() + 1 >= options_.depth) return;
     for (unsigned c = 0; c < 8; ++c) {
@@ -303,6 +308,7 @@ class Refine final : public BlockAlgorithm {
   size_t kept_count_ = 0;
   int64_t ever_kept_ = 0;
   int64_t refined_ = 0;
+  int64_t refined_at_boundary_ = 0;
   int64_t tested_ = 0;
   bool stopped_by_memory_ = false;
 };
