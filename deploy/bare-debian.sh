@@ -23,13 +23,14 @@ inside() {
   echo "bare root: $(du -shx "$root" | cut -f1), $(chroot "$root" dpkg-query -f '.\n' -W | wc -l) packages, after $SECONDS s"
   cp --dereference /etc/resolv.conf "$root/etc/resolv.conf"
   mount -t proc proc "$root/proc"
+  mount -t sysfs -o ro sysfs "$root/sys"
   mount --rbind /dev "$root/dev"
   git clone --quiet --no-hardlinks . "$root/root/ndmap"
   if [ -n "${NDMAP_CCACHE_DIR:-}" ]; then
     mkdir -p "$NDMAP_CCACHE_DIR" "$root/root/.cache/ccache"
     mount --bind "$NDMAP_CCACHE_DIR" "$root/root/.cache/ccache"
     variables+=(CCACHE_DIR=/root/.cache/ccache CCACHE_BASEDIR=/root CCACHE_NOHASHDIR=1
-      CCACHE_SLOPPINESS=include_file_ctime,include_file_mtime)
+      "CCACHE_SLOPPINESS=include_file_ctime,include_file_mtime")
   fi
   local began=$SECONDS code=0
   chroot "$root" /usr/bin/env -i "${variables[@]}" /bin/bash -c "cd /root/ndmap && ./setup $command" || code=$?
