@@ -26,6 +26,8 @@ constexpr absl::Duration kLastPause = absl::Milliseconds(50);
 }  // namespace
 
 struct JobRunner::Run {
+  // Whether a phase was ever released.
+  bool changed = false;
   v1::Job job;
   v1::Map map;
   bool create = false;
@@ -120,7 +122,7 @@ void JobRunner::RunJob(const v1::Job& job, bool create) {
     spdlog::warn("job {} ({}) of map \"{}\" failed: {}", job.job(), job.kind(), job.map(),
                  std::string(status.message()));
   }
-  state_->EndJob(job.job(), status, cancelled);
+  state_->EndJob(job.job(), status, cancelled, run.changed);
   absl::MutexLock lock(&mutex_);
   ended_.push_back(job.job());
 }
@@ -212,6 +214,8 @@ absl::Status JobRunner::RunPhase(Run& run, uint32_t index, v1::PhaseResult& resu
       run.targets, run.ForAll(start), &started, &Async::StartPhase, run.watch);
   if (!status.ok()) return status;
 
+  // Until now algorithms were only made: a wrong parameter harms nothing.
+  run.changed = true;
   v1::RunPhaseRequest go;
   *go.mutable_key() = key;
   std::vector<v1::RunPhaseResponse> going;

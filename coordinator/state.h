@@ -68,7 +68,7 @@ class State {
                    std::vector<v1::BlockProgress> blocks);
   void AddResult(uint64_t job, v1::PhaseResult result);
   // Ends the job and what follows for its map: a failed job that changes the map leaves it FAILED.
-  void EndJob(uint64_t job, const absl::Status& status, bool cancelled);
+  void EndJob(uint64_t job, const absl::Status& status, bool cancelled, bool changed = true);
   // The progress once it is newer than `revision` (which is brought up to date), or after `timeout` as it is.
   absl::StatusOr<v1::JobProgress> WaitProgress(uint64_t job, uint64_t& revision,
                                                absl::Duration timeout) const;
@@ -91,13 +91,14 @@ class State {
                  std::vector<v1::Phase> phases) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<JobRecord*> FindRecord(uint64_t job) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool Alive(const ServerRecord& record) const { return absl::Now() - record.last_seen < options_.lease; }
-  absl::Status CheckFree(const v1::Map& map, bool changes) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckFree(const v1::Map& map) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   uint64_t SurfaceBytesLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const StateOptions options_;
   mutable absl::Mutex mutex_;
   std::map<uint32_t, ServerRecord> servers_ ABSL_GUARDED_BY(mutex_);
-  uint64_t last_incarnation_ ABSL_GUARDED_BY(mutex_) = 0;
+  // Never the same in two lives of the coordinator: a server of an earlier one is not taken for a newer.
+  uint64_t last_incarnation_ ABSL_GUARDED_BY(mutex_) = static_cast<uint64_t>(absl::ToUnixNanos(absl::Now()));
   std::map<std::string, Surface> surfaces_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, v1::Map> maps_ ABSL_GUARDED_BY(mutex_);
   std::map<uint64_t, std::unique_ptr<JobRecord>> jobs_ ABSL_GUARDED_BY(mutex_);

@@ -60,14 +60,12 @@ absl::StatusOr<v1::Job> State::AddMap(v1::Map map, v1::Phase build) {
   return NewJob(name, "create", true, {std::move(build)});
 }
 
-absl::Status State::CheckFree(const v1::Map& map, bool changes) const {
+absl::Status State::CheckFree(const v1::Map& map) const {
   for (uint64_t number : map.running_jobs()) {
     const v1::Job& other = jobs_.at(number)->job;
-    if (changes || other.changes_map()) {
-      return absl::FailedPreconditionError(absl::StrCat("job ", number, " (", other.kind(),
-                                                        ") is running on map \"", map.map(),
-                                                        "\": wait for it or cancel it"));
-    }
+    return absl::FailedPreconditionError(absl::StrCat("job ", number, " (", other.kind(),
+                                                      ") is running on map \"", map.map(),
+                                                      "\": wait for it or cancel it"));
   }
   return absl::OkStatus();
 }
@@ -76,7 +74,7 @@ absl::StatusOr<v1::Job> State::AddJob(const v1::StartJobRequest& request, bool c
   absl::MutexLock lock(&mutex_);
   auto it = maps_.find(request.map());
   if (it == maps_.end()) return NoMap(request.map());
-  if (absl::Status status = CheckFree(it->second, changes_map); !status.ok()) return status;
+  if (absl::Status status = CheckFree(it->second); !status.ok()) return status;
   if (it->second.state() == v1::MAP_STATE_FAILED && changes_map) {
     return absl::FailedPreconditionError(
         absl::StrCat("map \"", request.map(), "\" is not to be changed any more: ", it->second.error()));
@@ -106,7 +104,7 @@ absl::StatusOr<v1::Map> State::RemoveMap(const std::string& map) {
   absl::MutexLock lock(&mutex_);
   auto it = maps_.find(map);
   if (it == maps_.end()) return NoMap(map);
-  if (absl::Status status = CheckFree(it->second, true); !status.ok()) return status;
+  if (absl::Status status = CheckFree(it->second); !status.ok()) return status;
   v1::Map result = std::move(it->second);
   maps_.erase(it);
   return result;
@@ -132,6 +130,8 @@ std::vector<v1::Job> State::Jobs(const std::string& map) const {
     if (!map.empty() && record->job.map() != map) continue;
     result.push_back(record->job);
     result.back().clear_results();
+    // Lists of hexahedra and assignments are long, and a list of jobs is read by people.
+    for (v1::Phase& phase : *result.back().mutable_phases()) phase.clear_parameters();
   }
   return result;
 }
@@ -179,7 +179,7 @@ void State::AddResult(uint64_t job, v1::PhaseResult result) {
   ++(*record)->revision;
 }
 
-void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled) {
+void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled, bool changed) {
   absl::MutexLock lock(&mutex_);
   absl::StatusOr<JobRecord*> record = FindRecord(number);
   if (!record.ok()) return;
@@ -200,7 +200,8 @@ void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled) 
   auto* running = map.mutable_running_jobs();
   running->erase(std::remove(running->begin(), running->end(), number), running->end());
   const bool unmade = cancelled && map.state() == v1::MAP_STATE_CREATING;
-  if (job.changes_map() && (!status.ok() || unmade)) {
+  const bool harmed = changed || map.state() == v1::MAP_STATE_CREATING;
+  if (job.changes_map() && ((!status.ok() && harmed) || unmade)) {
     map.set_state(v1::MAP_STATE_FAILED);
     map.set_error(
         absl::StrCat("job ", number, " (", job.kind(), ") ",

@@ -101,7 +101,11 @@ absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::
     return !stopped;
   };
   absl::Status status = (*builder)->Write(sink);
-  out.close();
+  if (!file.empty()) {
+    out.close();
+    // What was still buffered may not have found room.
+    stopped = stopped || !out;
+  }
   std::error_code error;
   if (stopped) {
     status = file.empty() ? absl::CancelledError("the caller has gone")

@@ -64,6 +64,9 @@ int Main(int argc, char** argv) {
   Context context{interrupts, progress, json, coordinator};
   const absl::StatusOr<int> code = action(context);
   progress.Abandon();
+  if (code.ok() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)) {
+    return Fail(NameOf(app), "standard output cannot be written", kFailed);
+  }
   if (code.ok()) return *code;
   return Fail(NameOf(app), code.status().message(), kFailed);
 }

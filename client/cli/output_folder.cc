@@ -55,12 +55,14 @@ absl::StatusOr<std::string> MadeFiles::MakeTemporaryFolder() {
 
 void MadeFiles::Expect(const std::string& path) {
   absl::MutexLock lock(&mutex_);
-  files_.push_back(path);
+  std::error_code error;
+  (fs::exists(path, error) ? replaced_ : files_).push_back(path);
 }
 
 void MadeFiles::Keep() {
   absl::MutexLock lock(&mutex_);
   files_.clear();
+  replaced_.clear();
   folders_.clear();
 }
 
@@ -71,9 +73,11 @@ void MadeFiles::TakeBack() {
     fs::remove(file, error);
     fs::remove(file + ".part", error);
   }
+  for (const std::string& file : replaced_) fs::remove(file + ".part", error);
   for (auto it = folders_.rbegin(); it != folders_.rend(); ++it) fs::remove(*it, error);
   for (const std::string& folder : temporary_) fs::remove_all(folder, error);
   files_.clear();
+  replaced_.clear();
   folders_.clear();
   temporary_.clear();
 }

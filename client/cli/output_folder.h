@@ -26,7 +26,7 @@ class MadeFiles {
   absl::Status MakeFolder(const std::string& path);
   // A new folder of our own below the system's folder for temporary files; it goes away in any case.
   absl::StatusOr<std::string> MakeTemporaryFolder();
-  // A file that is about to be written.
+  // A file that is about to be written. One that is there already stays when everything is taken back.
   void Expect(const std::string& path);
   void Keep();
   // Removes the files, then the folders that were made and are empty.
@@ -36,6 +36,8 @@ class MadeFiles {
   absl::Mutex mutex_;
   std::vector<std::string> folders_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> files_ ABSL_GUARDED_BY(mutex_);
+  // Files that were there before.
+  std::vector<std::string> replaced_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> temporary_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -42,6 +42,11 @@ absl::StatusOr<GridShape> Checked(const GridShape& grid) {
   for (int c = 0; c < 3; ++c) {
     const double step = (grid.hi[c] - grid.lo[c]) / grid.cells[c];
     const double largest = std::max(std::fabs(grid.lo[c]), std::fabs(grid.hi[c]));
+    // Squares, areas and sums of eight stay finite.
+    if (largest > 1e150) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("coordinates near ", largest, " along ", kAxis[c], " are beyond 1e150: scale the surface"));
+    }
     if (!std::isfinite(grid.lo[c]) || !std::isfinite(grid.hi[c]) || !(step > largest * 0x1p-50)) {
       return absl::InvalidArgumentError(absl::StrCat(
           "grid cells along ", kAxis[c], " are too small for coordinates near ", largest, ": side ", step));

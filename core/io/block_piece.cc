@@ -49,6 +49,9 @@ absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget) {
 
 absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
   const auto& info = block.map().info_of_attribute<3>(cell);
+  if (block.map().attribute<0>(info.reference) == Block3::Lcc::null_handle) {
+    return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
+  }
   const int level = info.id.level();
   if (level > finest_) {
     return absl::OutOfRangeError(absl::StrCat("hexahedron ", info.id.ToString(), " is of level ", level,

@@ -64,7 +64,12 @@ class Count final : public BlockAlgorithm {
     }
     // The partner starts where this dart ends.
     const Vertex v = map_.template attribute<0>(map_.template beta<1>(d));
-    Shared& shared = shared_.find(v)->second;
+    const auto it = shared_.find(v);
+    if (it == shared_.end()) {
+      return absl::InternalError(absl::StrCat("block ", block_.id().value, ": the face of label ",
+                                              ToString(message.label), " is not critical altogether"));
+    }
+    Shared& shared = it->second;
     if (lowest < shared.lowest) {
       if (shared.told) changed_.push_back(v);
       shared.lowest = lowest;

@@ -88,10 +88,14 @@ class Hash final : public BlockAlgorithm {
   }
 
   bool HasWork() const override { return next_ < DartIndexBound(map_); }
-  void Cancel() override { next_ = DartIndexBound(map_); }
+  void Cancel() override {
+    cancelled_ = true;
+    next_ = DartIndexBound(map_);
+  }
 
   absl::Status Finish() override {
-    if (answered_.size() == block_.critical_count()) return absl::OkStatus();
+    // Peers were cancelled as well and may not have answered.
+    if (cancelled_ || answered_.size() == block_.critical_count()) return absl::OkStatus();
     return absl::InternalError(absl::StrCat("block ", block_.id().value, ": ", answered_.size(), " of ",
                                             block_.critical_count(), " critical darts were answered for"));
   }
@@ -126,6 +130,7 @@ class Hash final : public BlockAlgorithm {
   Lcc& map_;
   uint32_t next_ = 0;
   int64_t darts_ = 0;
+  bool cancelled_ = false;
   absl::flat_hash_set<DartIndex> answered_;
   Digest sum_;
 };

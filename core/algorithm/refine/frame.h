@@ -58,20 +58,37 @@ class Frame {
     return corners == 4;
   }
 
-  // The dart that goes straight on where d ends, along a line that does not end there: within the face if the
-  // vertex only hangs on it, otherwise across the edge that ends on the line.
-  static Dart Straight(Lcc& map, Dart d) {
-    const Dart next = map.template beta<1>(d);
-    const bool quad = map.template beta<1, 1, 1>(next) == d;
-    if (quad || StartLevel(map, next) <= FaceLevel(map, d)) return map.template beta<2, 1>(next);
-    return next;
-  }
+  // The darts of a line, one after the other: straight on where a dart ends, within the face if the vertex
+  // only hangs on it, otherwise across the edge that ends on the line. Asks for the level of each face on the
+  // way once. O(darts of the faces along it) in all.
+  class Line {
+   public:
+    Line(Lcc& map, Dart d) : map_(map), dart_(d) {}
+    Dart dart() const { return dart_; }
+    void Advance() {
+      const Dart next = map_.template beta<1>(dart_);
+      const bool quad = map_.template beta<1, 1, 1>(next) == dart_;
+      if (!quad && face_level_ < 0) face_level_ = FaceLevel(map_, dart_);
+      if (quad || StartLevel(map_, next) <= face_level_) {
+        dart_ = map_.template beta<2, 1>(next);
+        face_level_ = -1;
+      } else {
+        dart_ = next;
+      }
+    }
 
-  // The last dart of the edge of level l that d, leaving a vertex of level <= l, begins. O(darts of the
-  // edge).
+   private:
+    Lcc& map_;
+    Dart dart_;
+    int face_level_ = -1;
+  };
+
+  // The last dart of the edge of level l that d, leaving a vertex of level <= l, begins. O(darts of the faces
+  // along it).
   static Dart EdgeEnd(Lcc& map, Dart d, int l) {
-    while (EndLevel(map, d) > l) d = Straight(map, d);
-    return d;
+    Line line(map, d);
+    while (EndLevel(map, line.dart()) > l) line.Advance();
+    return line.dart();
   }
 
   // As EdgeEnd, but stops at the edge's midpoint, the one vertex of level l + 1 on it, if it is split.

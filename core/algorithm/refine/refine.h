@@ -123,7 +123,12 @@ class Refine final : public BlockAlgorithm {
       ++steps;
       ++tested_;
       const bool refine = oracle_->Refine(info.id, frame.Corners(map_));
-      if (oracle_->tells_cut()) info.state = refine ? CellState::kCut : CellState::kClear;
+      // A side that is known already stays known.
+      if (oracle_->tells_cut() && (refine || info.state == CellState::kUnknown)) {
+        const CellState state = refine ? CellState::kCut : CellState::kClear;
+        if (info.state != state) block_.Touch();
+        info.state = state;
+      }
       if (!refine) continue;
       if (options_.memory_limit != 0 && block_.AccountedBytes() + kSplitBytes > options_.memory_limit) {
         stopped_by_memory_ = true;

@@ -249,11 +249,11 @@ class Subdivider {
   void WalkLine(const F& frame, unsigned role) {
     Line& line = lines_[role];
     line.clear();
-    Dart x = map_.template beta<1>(F::EdgeMiddle(map_, frame.first[role], frame.level));
-    line.push_back(x);
-    while (F::EndLevel(map_, x) > frame.level + 1) {
-      x = F::Straight(map_, x);
-      line.push_back(x);
+    typename F::Line walk(map_, map_.template beta<1>(F::EdgeMiddle(map_, frame.first[role], frame.level)));
+    line.push_back(walk.dart());
+    while (F::EndLevel(map_, walk.dart()) > frame.level + 1) {
+      walk.Advance();
+      line.push_back(walk.dart());
     }
   }
 

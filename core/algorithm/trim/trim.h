@@ -90,7 +90,7 @@ class Trim final : public BlockAlgorithm {
     if (d == Lcc::null_handle) return absl::OkStatus();
     Dart e = d;
     do {
-      block_.ClearCritical(e);
+      if (block_.IsCritical(e)) block_.ClearCritical(e);
       e = map_.template beta<1>(e);
     } while (e != d);
     block_.Touch();
@@ -182,7 +182,7 @@ class Trim final : public BlockAlgorithm {
     }
     Dart e = d;
     do {
-      block_.ClearCritical(e);
+      if (block_.IsCritical(e)) block_.ClearCritical(e);
       e = map_.template beta<1>(e);
     } while (e != d);
   }
