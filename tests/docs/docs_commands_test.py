@@ -12,7 +12,7 @@ waits until it has printed what the page shows. Blocks of one file share a folde
 pages is replaced by a free one. `<!-- as FILE -->` before a block writes the block into FILE instead.
 
 Also: every flag that these pages name is one that some program's --help lists (flags of other programs stand in sh
-blocks, which are left out).
+blocks, which are left out), and every relative link of every page leads to a file.
 """
 import argparse
 import os
@@ -191,6 +191,19 @@ def check_flags(page, known):
     return [f"{page}: no program has a flag {flag}" for flag in sorted(set(FLAG.findall(text)) - known)]
 
 
+def check_links(root):
+    faults = []
+    pages = [os.path.join(root, name) for name in ("README.md", "CHANGELOG.md")]
+    for folder, _, names in os.walk(os.path.join(root, "docs")):
+        pages += [os.path.join(folder, name) for name in names if name.endswith(".md")]
+    for page in pages:
+        text = re.sub(r"```.*?```", "", open(page, encoding="utf-8").read(), flags=re.DOTALL)
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+            if "://" not in target and not os.path.exists(os.path.join(os.path.dirname(page), target)):
+                faults.append(f"{page}: its link to {target} leads nowhere")
+    return faults
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bin", required=True)
@@ -198,7 +211,9 @@ def main():
     options = parser.parse_args()
     root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     known = known_flags(options.bin)
-    failed = False
+    links = check_links(root)
+    print("\n".join(links))
+    failed = bool(links)
     for page in options.pages:
         count, faults = check_page(page, os.path.abspath(options.bin), root)
         faults += check_flags(page, known)
