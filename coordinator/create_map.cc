@@ -16,8 +16,9 @@ absl::StatusOr<std::pair<v1::Map, v1::Phase>> PlanMap(const v1::CreateMapRequest
                                                       const TriangleSurface* surface) {
   absl::StatusOr<GridShape> grid = service::GridFromWire(request.grid());
   if (!grid.ok()) return grid.status();
-  if (request.depth() > 31)
-    return absl::InvalidArgumentError(absl::StrCat("a depth of ", request.depth(), " is over 31"));
+  if (request.depth() > CellId::kMaxLevel)
+    return absl::InvalidArgumentError(
+        absl::StrCat("a depth of ", request.depth(), " is over ", CellId::kMaxLevel));
   const std::string partition = request.partition().empty() ? "hilbert" : request.partition();
   if (absl::Status status = service::CheckName("partition", partition); !status.ok()) return status;
 

@@ -49,7 +49,7 @@ void AddCreate(CLI::App& app, Action& action) {
   AddGridOptions(command, &options->grid);
   command
       ->add_option("--depth", options->depth.depth, "the depth that refinement will go to: balances blocks")
-      ->check(WholeNumber(0, kMaxDepth, "labels and ids hold 31 levels"))
+      ->check(WholeNumber(0, kMaxDepth, "ids of cells hold 29 levels"))
       ->capture_default_str();
   command->callback([&action, options] {
     action = [options](Context& context) -> absl::StatusOr<int> {
@@ -126,7 +126,7 @@ void AddRefine(CLI::App& app, Action& action) {
       AddMapCommand(app, "refine", "split hexahedra in eight where an oracle says so",
                     "ndmap refine bunny --depth 5 --coordinator 127.0.0.1:7000", &options->map);
   command->add_option("--depth", options->depth, "hexahedra of levels 0 ... DEPTH")
-      ->check(WholeNumber(1, kMaxDepth, "labels and ids hold 31 levels"))
+      ->check(WholeNumber(1, kMaxDepth, "ids of cells hold 29 levels"))
       ->capture_default_str();
   command
       ->add_option("--oracle", options->oracle,

@@ -120,7 +120,7 @@ int DepthForSize(const GridShape& grid, double size) {
     longest = std::max(longest, (grid.hi[axis] - grid.lo[axis]) / grid.cells[axis]);
   }
   int depth = 0;
-  while (depth <= 31 && longest > size) {
+  while (depth <= CellId::kMaxLevel && longest > size) {
     longest /= 2;
     ++depth;
   }

@@ -8,6 +8,7 @@
 
 #include "core/geometry/grid_shape.h"
 #include "core/geometry/surface.h"
+#include "core/map/ids.h"
 
 namespace ndmap::cli {
 
@@ -44,7 +45,8 @@ struct Cost {
 };
 Cost CostOf(double made, double kept, uint64_t triangles, uint32_t servers);
 
-// The smallest depth at which the longest edge of a hexahedron is at most `size`; above 31 if none is.
+// The smallest depth at which the longest edge of a hexahedron is at most `size`; above CellId::kMaxLevel if
+// none is.
 int DepthForSize(const GridShape& grid, double size);
 
 }  // namespace ndmap::cli

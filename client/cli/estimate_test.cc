@@ -50,7 +50,7 @@ TEST(DepthForSize, HalvesUntilTheLongestEdgeFits) {
   EXPECT_EQ(DepthForSize(grid, 2), 0);
   EXPECT_EQ(DepthForSize(grid, 1.99), 1);
   EXPECT_EQ(DepthForSize(grid, 0.25), 3);
-  EXPECT_GT(DepthForSize(grid, 1e-30), 31);
+  EXPECT_GT(DepthForSize(grid, 1e-30), CellId::kMaxLevel);
 }
 
 TEST(MadeFiles, TakesBackWhatItMadeAndNothingElse) {

@@ -123,7 +123,7 @@ v1::CreateMapRequest CreateRequest(const std::string& map, const std::string& su
 
 void AddDepthOptions(CLI::App* command, DepthOptions* options) {
   CLI::Option* depth = command->add_option("--depth", options->depth, "hexahedra of levels 0 ... DEPTH")
-                           ->check(WholeNumber(0, kMaxDepth, "labels and ids hold 31 levels"))
+                           ->check(WholeNumber(0, kMaxDepth, "ids of cells hold 29 levels"))
                            ->capture_default_str();
   command->add_option("--size", options->size, "refine until no edge at the surface is longer than this")
       ->check(PositiveNumber())

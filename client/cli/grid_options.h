@@ -11,12 +11,13 @@
 #include "absl/status/statusor.h"
 #include "client/sdk/client.h"
 #include "core/geometry/grid_shape.h"
+#include "core/map/ids.h"
 #include "core/geometry/surface.h"
 #include "core/io/surface_reader.h"
 
 namespace ndmap::cli {
 
-inline constexpr int kMaxDepth = 31;
+inline constexpr int kMaxDepth = CellId::kMaxLevel;
 
 // A whole number within limits; the error names them, and `reason` if one is given.
 CLI::Validator WholeNumber(int64_t lowest, int64_t highest, const std::string& reason = "");
@@ -49,7 +50,7 @@ struct DepthOptions {
   double size = 0;  // 0: not given
 };
 void AddDepthOptions(CLI::App* command, DepthOptions* options);
-// INVALID_ARGUMENT if the size asks for more than 31 levels.
+// INVALID_ARGUMENT if the size asks for more than kMaxDepth levels.
 absl::StatusOr<int> DepthOf(const DepthOptions& options, const GridShape& grid);
 
 // "inside", "cut", "inside,cut" or "all" for the algorithm trim.

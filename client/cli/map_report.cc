@@ -12,6 +12,7 @@
 #include "client/cli/report.h"
 #include "client/cli/table.h"
 #include "client/cli/text.h"
+#include "core/map/ids.h"
 
 namespace ndmap::cli {
 namespace {
@@ -129,7 +130,7 @@ void PrintStats(Context& context, const v1::Map& map, const std::vector<v1::Bloc
   table.Add({"all", "", number("hexahedra"), number("darts"), number("critical_darts"), number("vertices"),
              FormatBytes(bytes)});
   std::string text = absl::StrCat(table.Text(true), "\n");
-  for (int level = 0; level <= 31; ++level) {
+  for (int level = 0; level <= CellId::kMaxLevel; ++level) {
     const int64_t cells = CountOf(count, absl::StrCat("level_", level));
     if (cells > 0) absl::StrAppend(&text, "level ", level, ": ", FormatCount(cells), " hexahedra\n");
   }

@@ -63,32 +63,63 @@ struct Label {
 // "root:path" in hexadecimal, for messages to people.
 std::string ToString(const Label& label);
 
-// The id of an n-cell: the number of its initial cell and the path of child numbers from there, 3 bits a
-// level behind a sentinel bit. The upper 34 bits hold the initial number, the lower 94 the path: 31 levels.
-// The same for any number of blocks and any order of messages.
+// The id of a cell of any dimension: 128 bits, the same for any number of blocks, any order of messages and
+// any server, and never changed by what happens to other cells (docs/ids.md). The upper 34 bits hold the
+// number of an initial n-cell, the lower 94 a sentinel bit and what follows it; where the sentinel stands
+// says which of three kinds the id is of:
+//
+//   n-cell  path of child numbers, 3 bits a level                            "h12/0.3.7"
+//   part    path of a hexahedron and, in 5 bits, one of its 26 vertices,     "v12/0.3.7:5" "e12:11" "f12/0:2"
+//           edges and faces
+//   rank    2 bits of dimension and 29 of a number within the initial cell   "v12#5" "e12#0" "f12#3"
 class CellId {
  public:
-  static constexpr int kMaxLevel = 31;
+  static constexpr int kMaxLevel = 29;
   static constexpr uint64_t kMaxInitial = (uint64_t{1} << 34) - 1;
+  static constexpr uint32_t kMaxRank = (uint32_t{1} << 29) - 1;
+  // Parts of a hexahedron: x + 3 y + 9 z with 0 for the low side of an axis, 1 for the high side, 2 for its
+  // whole extent. 26 is the hexahedron itself.
+  static constexpr unsigned kWholePart = 26;
 
   CellId() = default;
   static CellId Initial(uint64_t number);
   static CellId FromWords(uint64_t hi, uint64_t lo);
+  // A vertex, edge or face of a hexahedron (which need not exist): part < kWholePart; the hexahedron itself
+  // for kWholePart.
+  static CellId Part(const CellId& hexahedron, unsigned part);
+  // A cell of dimension 0 ... 3 known by its rank in an initial cell.
+  static CellId Rank(uint64_t initial, unsigned dimension, uint32_t rank);
 
-  // Child c (0 ... 7) of this cell; level() must be below kMaxLevel.
+  // Whether FromWords was given an id: what arrives from outside may be none.
+  bool IsWellFormed() const;
+
+  // Child c (0 ... 7) of this n-cell; level() must be below kMaxLevel.
   CellId Child(unsigned c) const;
   CellId Parent() const;
 
   uint64_t initial() const { return hi_ >> 30; }
+  bool is_cell() const { return Sentinel() % 3 == 0; }
+  bool is_part() const { return Sentinel() % 3 == 2; }
+  bool is_rank() const { return Sentinel() % 3 == 1; }
+  // Of a part or rank; n-cells have the dimension of their map, which is given back.
+  unsigned dimension(unsigned n = 3) const;
+  // Of a part: which, and of which hexahedron.
+  unsigned part() const { return static_cast<unsigned>(lo_ & 31); }
+  CellId hexahedron() const;
+  // Of a rank.
+  uint32_t rank() const { return static_cast<uint32_t>(lo_) & kMaxRank; }
+
+  // Of an n-cell or a part: the number of digits of its path. 0 for ranks.
   int level() const;
-  // The child number at depth i, 1 <= i <= level().
+  // The child number at depth i of an n-cell, 1 <= i <= level().
   unsigned digit(int i) const;
   unsigned last_digit() const { return static_cast<unsigned>(lo_ & 7); }
   uint64_t hi() const { return hi_; }
   uint64_t lo() const { return lo_; }
   bool valid() const { return hi_ != 0 || lo_ != 0; }
 
-  // "h12/0.3.7": initial cell 12, child 0, of it child 3, of it child 7; "h12" at level 0.
+  // "h12/0.3.7": initial cell 12, child 0, of it child 3, of it child 7; "h12" at level 0. "v12/0.3.7:5",
+  // "e…:11", "f…:2": vertex 5 (0 ... 7), edge 11 (0 ... 11), face 2 (0 ... 5) of that hexahedron.
   std::string ToString() const;
   // Reads ToString()'s form; INVALID_ARGUMENT otherwise.
   static absl::StatusOr<CellId> Parse(absl::string_view text);
@@ -102,11 +133,13 @@ class CellId {
 
  private:
   CellId(uint64_t hi, uint64_t lo) : hi_(hi), lo_(lo) {}
+  // Bits below the sentinel.
+  int Sentinel() const;
   uint64_t hi_ = 0;
   uint64_t lo_ = 0;
 };
 
-// Ids in text form, separated by spaces. INVALID_ARGUMENT names the word that is none.
+// Ids of n-cells in text form, separated by spaces. INVALID_ARGUMENT names the word that is none.
 absl::StatusOr<absl::flat_hash_set<CellId>> ParseCellIds(absl::string_view text);
 
 // A sum modulo 2^128 of XXH3-128 values: blocks add up theirs in any order.

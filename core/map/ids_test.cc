@@ -36,9 +36,60 @@ TEST(CellIdTest, ParseReadsTextFormAndRefusesOthers) {
     ASSERT_TRUE(id.ok()) << id.status();
     EXPECT_EQ(id->ToString(), text);
   }
+  for (const char* text :
+       {"v0:0", "v12/0.3.7:7", "e12:11", "e3/4:0", "f12/0:5", "v12#536870911", "e1#0", "f7#3", "h2#9"}) {
+    auto id = CellId::Parse(text);
+    ASSERT_TRUE(id.ok()) << id.status();
+    EXPECT_EQ(id->ToString(), text);
+    EXPECT_TRUE(id->IsWellFormed());
+  }
+  for (const char* text : {"v1", "v1:8", "e1:12", "f1:6", "f1:", "h1:3", "v1/0#2", "v1#536870912", "v1#",
+                           "x1:2", "v :1", "v1: 1", "v+1:1"}) {
+    EXPECT_FALSE(CellId::Parse(text).ok()) << text;
+  }
   for (const char* text : {"", "12", "h", "h-1", "h1/", "h1/8", "h1/0.", "h1/07", "h99999999999"}) {
     EXPECT_FALSE(CellId::Parse(text).ok()) << text;
   }
+}
+
+TEST(CellIdTest, EveryKindOfIdIsDistinctAndReadsBack) {
+  absl::flat_hash_set<CellId> all;
+  size_t made = 0;
+  CellId h = CellId::Initial(CellId::kMaxInitial);
+  for (int level = 0;; ++level) {
+    for (unsigned part = 0; part <= CellId::kWholePart; ++part) {
+      const CellId id = CellId::Part(h, part);
+      all.insert(id);
+      ++made;
+      ASSERT_TRUE(id.IsWellFormed());
+      ASSERT_EQ(id.level(), level);
+      ASSERT_EQ(id.initial(), CellId::kMaxInitial);
+      ASSERT_EQ(id.is_cell(), part == CellId::kWholePart);
+      ASSERT_EQ(id.is_part(), part != CellId::kWholePart);
+      if (id.is_part()) {
+        ASSERT_EQ(id.part(), part);
+        ASSERT_EQ(id.hexahedron(), h);
+      }
+      const auto read = CellId::Parse(id.ToString());
+      ASSERT_TRUE(read.ok()) << read.status();
+      ASSERT_EQ(*read, id);
+    }
+    if (level == CellId::kMaxLevel) break;
+    h = h.Child((level * 5 + 3) % 8);
+  }
+  for (unsigned dimension = 0; dimension <= 3; ++dimension) {
+    for (uint32_t rank : {uint32_t{0}, uint32_t{31}, CellId::kMaxRank}) {
+      const CellId id = CellId::Rank(CellId::kMaxInitial, dimension, rank);
+      all.insert(id);
+      ++made;
+      ASSERT_TRUE(id.IsWellFormed() && id.is_rank());
+      ASSERT_EQ(id.dimension(), dimension);
+      ASSERT_EQ(id.rank(), rank);
+    }
+  }
+  EXPECT_EQ(all.size(), made);
+  EXPECT_FALSE(CellId().IsWellFormed());
+  EXPECT_FALSE(CellId::FromWords(0, 2).IsWellFormed());
 }
 
 TEST(DigestTest, CarriesAcrossWords) {

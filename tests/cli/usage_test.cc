@@ -53,8 +53,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{"NoSurface", {"run"}, "SURFACE is required"},
         WrongUse{"BadNumber", {"run", "SURFACE", "--depth", "three"}, "'three' is not a whole number"},
         WrongUse{
-            "NegativeDepth", {"run", "SURFACE", "--depth", "-1"}, "'-1' is not a whole number from 0 to 31"},
-        WrongUse{"DepthAboveLimit", {"run", "SURFACE", "--depth", "32"}, "labels and ids hold 31 levels"},
+            "NegativeDepth", {"run", "SURFACE", "--depth", "-1"}, "'-1' is not a whole number from 0 to 29"},
+        WrongUse{"DepthAboveLimit", {"run", "SURFACE", "--depth", "30"}, "ids of cells hold 29 levels"},
         WrongUse{"SizeAboveLimit", {"run", "SURFACE", "--size", "1e-30"}, "31"},
         WrongUse{"BadSize", {"run", "SURFACE", "--size", "0"}, "'0' is not a number above 0"},
         WrongUse{

@@ -10,7 +10,7 @@
 // map depends only on which hexahedra were refined. What arrives for a label that is not made yet is kept and
 // tried again when the label is made.
 //
-// Parameters: depth (0 ... 31): hexahedra of levels 0 ... depth - 1 are refined where the oracle says so;
+// Parameters: depth (0 ... 29): hexahedra of levels 0 ... depth - 1 are refined where the oracle says so;
 // level: only those of this level (a phase a level, as published); without it all, children included, in one
 // phase; oracle and its parameters (oracle.h); memory_limit: accounted bytes above which no own refinement
 // begins (0: none). Counts: refined, refined_at_boundary (those with a face that another block has, too),
@@ -52,14 +52,14 @@ class Refine final : public BlockAlgorithm {
   static absl::StatusOr<std::unique_ptr<BlockAlgorithm>> Make(const Parameters& parameters,
                                                               const Environment& environment, BlockT& block) {
     Options options;
-    absl::StatusOr<int64_t> depth = parameters.Integer("depth", 0, kMaxLabelLevel);
+    absl::StatusOr<int64_t> depth = parameters.Integer("depth", 0, CellId::kMaxLevel);
     if (!depth.ok()) {
       return absl::Status(
           depth.status().code(),
-          absl::StrCat(depth.status().message(), " (labels and ids hold ", kMaxLabelLevel, " levels)"));
+          absl::StrCat(depth.status().message(), " (ids of cells hold ", CellId::kMaxLevel, " levels)"));
     }
     absl::StatusOr<int64_t> level =
-        parameters.IntegerOr("level", Options::kAllLevels, Options::kAllLevels, kMaxLabelLevel - 1);
+        parameters.IntegerOr("level", Options::kAllLevels, Options::kAllLevels, CellId::kMaxLevel - 1);
     if (!level.ok()) return level.status();
     absl::StatusOr<int64_t> limit =
         parameters.IntegerOr("memory_limit", 0, 0, std::numeric_limits<int64_t>::max());
