@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A map as files for ParaView: a VTU piece a block, written by the block's own server, and the PVTU index of them."""
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Callable, Iterator
+from xml.sax.saxutils import escape
+
+import grpc
+import xxhash
+
+from ndmap.connection import Connection, server_name
+from ndmap.errors import DataLossError, InvalidArgumentError, OutputError, from_rpc
+from ndmap.info import MapInfo
+from ndmap.v1 import block_service_pb2 as pb
+
+_AT_ONCE = 4
+_QUOTES = {'"': "&quot;"}
+CELLS = ("hexahedron", "polyhedron")
+# Told how many pieces of how many are there, and the bytes so far.
+ExportProgress = Callable[[int, int, int], None]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written."""
+
+    # The file to open.
+    index: str
+    pieces: tuple[str, ...]
+    # Of the pieces.
+    bytes: int
+    cells: int
+
+
+def check_cells(cells: str) -> None:
+    """InvalidArgumentError unless pieces can be written so."""
+    if cells not in CELLS:
+        raise InvalidArgumentError(f"cells '{cells}' is none of {', '.join(CELLS)}")
+
+
+def stream_piece(
+    connection: Connection, info: MapInfo, block: int, cells: str
+) -> Iterator[bytes | pb.ExportSummary]:
+    """The bytes of one block's piece, then its summary. Not tried again: half of it may have gone its way."""
+    address = info.address_of(block)
+    stub = connection.block_server(address)
+    request = pb.ExportPieceRequest(map=info.name, block=block, options={"cells": cells})
+    digest = xxhash.xxh3_64()
+    count = 0
+    summary: pb.ExportSummary | None = None
+    call: Any = connection.guarded(lambda: stub.ExportPiece(request, timeout=connection.options.transfer_timeout))
+    try:
+        for answer in call:
+            if answer.HasField("summary"):
+                summary = answer.summary
+            else:
+                digest.update(answer.data)
+                count += len(answer.data)
+                yield answer.data
+    except grpc.RpcError as error:
+        raise from_rpc(error, server_name(address)) from None
+    finally:
+        call.cancel()
+    if summary is None or summary.bytes != count or summary.checksum != digest.intdigest():
+        raise DataLossError(
+            f"block {block}: the piece that came from {server_name(address)} ({count} bytes) "
+            "is not the one that was sent"
+        )
+    yield summary
+
+
+def index_text(first_piece: str, names: list[str]) -> str:
+    """The text of the .pvtu file for these pieces, which all have the arrays of the one that is given."""
+    head = b""
+    with open(first_piece, "rb") as file:
+        for line in file:
+            if line.startswith(b"<AppendedData"):
+                break
+            head += line
+    root = ElementTree.fromstring(head + b"</VTKFile>")
+    lines = ['<?xml version="1.0"?>', _tag("VTKFile", {**root.attrib, "type": "PUnstructuredGrid"})]
+    lines.append('<PUnstructuredGrid GhostLevel="0">')
+    for section in ("PointData", "CellData", "Points"):
+        element = root.find(f"UnstructuredGrid/Piece/{section}")
+        assert element is not None
+        lines.append(_tag(f"P{section}", element.attrib))
+        for array in element:
+            declared = {name: value for name, value in array.attrib.items() if name not in ("format", "offset")}
+            lines.append(_tag("PDataArray", declared, "/"))
+        lines.append(f"</P{section}>")
+    lines += [_tag("Piece", {"Source": name}, "/") for name in names]
+    return "\n".join(lines + ["</PUnstructuredGrid>", "</VTKFile>", ""])
+
+
+def _tag(name: str, attributes: dict[str, str], end: str = "") -> str:
+    quoted = [f' {key}="{escape(text, _QUOTES)}"' for key, text in attributes.items()]
+    return f"<{name}{''.join(quoted)}{end}>"
+
+
+class _MadeFiles:
+    """Files and folders that were not there before, to take back if the export fails."""
+
+    def __init__(self, folder: str) -> None:
+        self._files: list[str] = []
+        self._folders: list[str] = []
+        try:
+            missing = os.path.abspath(folder)
+            while not os.path.exists(missing):
+                self._folders.append(missing)
+                missing = os.path.dirname(missing)
+            os.makedirs(folder, exist_ok=True)
+            # Refused before anything is asked for, not at the first piece.
+            with tempfile.NamedTemporaryFile(dir=folder, prefix=".ndmap-"):
+                pass
+        except OSError as error:
+            raise OutputError(f"cannot write into '{folder}': {error.strerror}") from None
+
+    def write(self, path: str, parts: Iterator[bytes]) -> None:
+        """The file appears when it is complete."""
+        unfinished = path + ".part"
+        if not os.path.exists(path):
+            self._files.append(path)
+        try:
+            with open(unfinished, "wb") as file:
+                for part in parts:
+                    file.write(part)
+            os.replace(unfinished, path)
+        except BaseException as error:
+            if os.path.exists(unfinished):
+                os.unlink(unfinished)
+            if isinstance(error, OSError) and not hasattr(error, "code"):
+                raise OutputError(f"cannot write '{path}': {error.strerror}") from None
+            raise
+
+    def take_back(self) -> None:
+        for path in self._files:
+            if os.path.exists(path):
+                os.unlink(path)
+        for folder in self._folders:
+            if os.path.isdir(folder) and not os.listdir(folder):
+                os.rmdir(folder)
+
+
+class _Export:
+    """One export under way."""
+
+    def __init__(self, connection: Connection, info: MapInfo, cells: str, made: _MadeFiles) -> None:
+        self._connection, self._info, self._cells, self._made = connection, info, cells, made
+        self._lock = threading.Lock()
+        self._failed = False
+        self.ready = self.bytes = self.cells = 0
+
+    def fetch(self, block: int, path: str, progress: ExportProgress | None) -> None:
+        """One piece into its file; nothing once another has failed."""
+        if self._failed:
+            return
+        summary = pb.ExportSummary()
+
+        def parts() -> Iterator[bytes]:
+            for part in stream_piece(self._connection, self._info, block, self._cells):
+                if isinstance(part, bytes):
+                    yield part
+                else:
+                    summary.CopyFrom(part)
+
+        try:
+            self._made.write(path, parts())
+            with self._lock:
+                self.ready += 1
+                self.bytes += summary.bytes
+                self.cells += summary.counts.get("cells", 0)
+                if progress:
+                    progress(self.ready, self._info.block_count, self.bytes)
+        except BaseException:
+            self._failed = True
+            raise
+
+
+def export(
+    connection: Connection, info: MapInfo, folder: str | os.PathLike[str], cells: str, progress: ExportProgress | None
+) -> Exported:
+    """Map.export."""
+    check_cells(cells)
+    into = os.fspath(folder)
+    made = _MadeFiles(into)
+    names = [f"block_{block:04d}.vtu" for block in range(info.block_count)]
+    paths = [os.path.join(into, name) for name in names]
+    index = os.path.join(into, "mesh.pvtu")
+    work = _Export(connection, info, cells, made)
+    try:
+        with ThreadPoolExecutor(min(_AT_ONCE, info.block_count)) as pool:
+            for future in [pool.submit(work.fetch, block, path, progress) for block, path in enumerate(paths)]:
+                future.result()
+        made.write(index, iter([index_text(paths[0], names).encode()]))
+    except BaseException:
+        made.take_back()
+        raise
+    return Exported(index=index, pieces=tuple(paths), bytes=work.bytes, cells=work.cells)

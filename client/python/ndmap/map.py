@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A map of a cluster: its jobs, its numbers, its pieces, and walks on its darts."""
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Iterable, Sequence
+
+import numpy as np
+
+from ndmap import export, mesh, walk
+from ndmap.connection import Connection, server_name
+from ndmap.darts import DartInfo, DartsLike, Walks, Word
+from ndmap.errors import InvalidArgumentError
+from ndmap.info import MapInfo, ProcessStats
+from ndmap.job import Job, PhaseResult, ProgressCallback, phase
+from ndmap.v1 import block_service_pb2, common_pb2, coordinator_pb2
+
+if TYPE_CHECKING:
+    import meshio
+    import vtkmodules.vtkCommonDataModel as vtk
+
+MAX_DEPTH = 31
+_BLOCK_COLUMNS = ("block", "darts", "vertices", "hexahedra", "critical_darts", "accounted_bytes", "version")
+_KEEPS = ("inside", "cut", "inside,cut", "all")
+_ORACLES: dict[str, tuple[str, ...]] = {
+    "surface": (),
+    "everything": (),
+    "box": ("lo", "hi"),
+    "sphere": ("centre", "radius"),
+    "size": ("size",),
+    "list": ("cells",),
+}
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a map holds."""
+
+    # "hexahedra", "darts", "vertices", "critical_darts", "cut", "inside", "outside", "unclassified", ...: of the whole
+    # map, where a vertex on a cut counts once.
+    counts: dict[str, int]
+    # Hexahedra by level.
+    levels: dict[int, int]
+    # A row a block, with the fields of Map.block_stats().
+    blocks: np.ndarray
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What the checker found."""
+
+    valid: bool
+    # Sentences about faults, at most 20 of them.
+    findings: tuple[str, ...]
+    # How many there are.
+    faults: int
+    counts: dict[str, int]
+
+
+def _number(value: object) -> str:
+    number = float(value)  # type: ignore[arg-type]
+    if not math.isfinite(number):
+        raise ValueError
+    return f"{number:.17g}"
+
+
+def _parameter(oracle: str, name: str, value: Any) -> str:
+    try:
+        if name == "cells":
+            return value if isinstance(value, str) else " ".join(value)
+        if name in ("radius", "size"):
+            text = _number(value)
+            if float(value) <= 0:
+                raise ValueError
+            return text
+        x, y, z = value
+        return ",".join(map(_number, (x, y, z)))
+    except (TypeError, ValueError):
+        wanted = {"cells": "ids such as 'h12/0.3'", "radius": "a number above 0", "size": "a number above 0"}
+        expected = wanted.get(name, "a point (x, y, z)")
+        raise InvalidArgumentError(f"oracle {oracle}: {name}={value!r}, {expected} expected") from None
+
+
+def _oracle_parameters(oracle: str, given: dict[str, Any]) -> dict[str, str]:
+    if oracle not in _ORACLES:
+        raise InvalidArgumentError(f"oracle '{oracle}' is none of {', '.join(_ORACLES)}")
+    wanted = _ORACLES[oracle]
+    for name, value in given.items():
+        if name in wanted and value is None:
+            raise InvalidArgumentError(f"oracle {oracle} needs {name}")
+        if name not in wanted and value is not None:
+            raise InvalidArgumentError(f"{name} is not for oracle {oracle}")
+    return {"oracle": oracle, **{name: _parameter(oracle, name, given[name]) for name in wanted}}
+
+
+class Map:
+    """A map, with the routing table as it was when it was opened."""
+
+    def __init__(self, connection: Connection, info: MapInfo) -> None:
+        self._connection = connection
+        self._info = info
+
+    def __repr__(self) -> str:
+        return f"Map({self.name!r}: grid {self._info.grid}, {self._info.block_count} blocks)"
+
+    @property
+    def name(self) -> str:
+        """The map's name."""
+        return self._info.name
+
+    @property
+    def info(self) -> MapInfo:
+        """State, grid, and which block is where, as they were when the map was opened or refreshed."""
+        return self._info
+
+    def refresh(self) -> MapInfo:
+        """Asks the coordinator anew."""
+        self._info = fetch_info(self._connection, self.name)
+        return self._info
+
+    # --- Jobs ---
+
+    def start_job(
+        self, kind: str, phases: Sequence[coordinator_pb2.Phase], progress: ProgressCallback | None = None
+    ) -> Job:
+        """Starts long work: phases one after the other. FailedPreconditionError names the job that is in the way."""
+        request = coordinator_pb2.StartJobRequest(map=self.name, kind=kind, phases=phases)
+        job = self._connection.once(self._connection.coordinator.StartJob, request).job
+        return Job(self._connection, job.job, progress)
+
+    def refine(
+        self,
+        depth: int = 4,
+        oracle: str = "surface",
+        *,
+        lo: Sequence[float] | None = None,
+        hi: Sequence[float] | None = None,
+        centre: Sequence[float] | None = None,
+        radius: float | None = None,
+        size: float | None = None,
+        cells: str | Iterable[str] | None = None,
+        by_level: bool = True,
+        memory_limit: int = 0,
+        progress: ProgressCallback | None = None,
+    ) -> Job:
+        """Splits hexahedra in eight where an oracle says so, down to level `depth`.
+
+        Oracles: "surface" (hexahedra that meet it), "everything", "box" (lo, hi), "sphere" (centre, radius), "size"
+        (with a longer edge), "list" (cells: ids, "h12 h12/0.3"). A phase a level, or all levels in one phase without
+        `by_level`: the same mesh. A block begins no refinement of its own above `memory_limit` bytes (0: no limit).
+        """
+        if not isinstance(depth, int) or not 1 <= depth <= MAX_DEPTH:
+            raise InvalidArgumentError(f"depth {depth!r}: 1 ... {MAX_DEPTH} expected (labels and ids hold 31 levels)")
+        given = {"lo": lo, "hi": hi, "centre": centre, "radius": radius, "size": size, "cells": cells}
+        parameters: dict[str, object] = {**_oracle_parameters(oracle, given), "depth": depth}
+        if memory_limit:
+            parameters["memory_limit"] = memory_limit
+        if by_level:
+            phases = [phase("refine", **parameters, level=level) for level in range(depth)]
+        else:
+            phases = [phase("refine", **parameters)]
+        return self.start_job("refine", phases, progress)
+
+    def trim(self, keep: str = "inside,cut", progress: ProgressCallback | None = None) -> Job:
+        """Erases hexahedra: those stay that are "inside", "cut", both ("inside,cut") or "all"."""
+        if keep not in _KEEPS:
+            raise InvalidArgumentError(f"keep '{keep}' is none of {'; '.join(_KEEPS)}")
+        return self.start_job("trim", [phase("classify"), phase("trim", keep=keep)], progress)
+
+    def _only_phase(self, algorithm: str) -> PhaseResult:
+        return self.start_job(algorithm, [phase(algorithm)]).result().phases[0]
+
+    def check(self) -> CheckResult:
+        """Checks every property of the distributed map; waits for the job that does it."""
+        report = self._only_phase("check")
+        faults = report.counts.get("findings", 0)
+        return CheckResult(valid=faults == 0, findings=report.findings, faults=faults, counts=report.counts)
+
+    def hash(self) -> str:
+        """The canonical hash, 32 digits: equal for equal global maps, however they are cut. Waits for its job."""
+        return self._only_phase("hash").digest
+
+    def stats(self) -> Stats:
+        """Counts of the whole map, by level and by block; waits for the job that counts."""
+        counts = self._only_phase("count").counts
+        levels = {level: counts.get(f"level_{level}", 0) for level in range(MAX_DEPTH + 1)}
+        return Stats(counts, {level: n for level, n in levels.items() if n}, self.block_stats())
+
+    # --- Questions, answered also while a job works ---
+
+    def block_stats(self) -> np.ndarray:
+        """What every block holds: a structured array, a row a block, with the fields block, darts, vertices,
+        hexahedra, critical_darts, accounted_bytes, version. Asks each server once."""
+        rows: list[tuple[int, ...]] = []
+        request = block_service_pb2.GetBlockStatsRequest(map=self.name)
+        for address in self._servers():
+            stub = self._connection.block_server(address)
+            answer = self._connection.idempotent(stub.GetBlockStats, request, server_name(address))
+            rows += [tuple(getattr(block, column) for column in _BLOCK_COLUMNS) for block in answer.blocks]
+        return np.array(sorted(rows), dtype=[(column, np.uint64) for column in _BLOCK_COLUMNS])
+
+    def server_stats(self) -> list[ProcessStats]:
+        """What the operating system says of each server that holds a block, by address."""
+        request = common_pb2.GetProcessStatsRequest()
+        result = []
+        for address in self._servers():
+            stub = self._connection.block_server(address)
+            answer = self._connection.idempotent(stub.GetProcessStats, request, server_name(address))
+            result.append(ProcessStats.from_proto(answer.stats))
+        return result
+
+    def _servers(self) -> list[str]:
+        return sorted(set(self._info.addresses.values()))
+
+    def any_dart(self, block: int) -> DartInfo:
+        """Some dart of a block, for a walk to begin somewhere. NotFoundError if the block is empty."""
+        return walk.any_dart(self._connection, self._info, block)
+
+    def beta(self, darts: DartsLike, word: Word) -> Walks:
+        """Applies a word of betas ("1,2,3", "123" or [1, 2, 3], from the first to the last) to each dart, by
+        Proposition 1: where a letter leads to another block, the walk goes on at the dart with the same label there,
+        wherever that block is. The empty word tells what is at the darts. One row for each dart, in order.
+
+        Fails as a whole: NotFoundError for a dart that is not there, StaleDartError for one whose block has changed,
+        InvalidArgumentError for another letter.
+        """
+        return walk.beta(self._connection, self._info, darts, word)
+
+    # --- The mesh ---
+
+    def export(
+        self,
+        folder: str | os.PathLike[str],
+        cells: str = "hexahedron",
+        progress: export.ExportProgress | None = None,
+    ) -> export.Exported:
+        """Writes a VTU piece a block and mesh.pvtu, as `ndmap export` does; after an error what was not there before
+        is gone again. Cells are "hexahedron", or "polyhedron" with every shared point and face. `progress` is called
+        from other threads, with pieces ready, pieces in all, and bytes."""
+        return export.export(self._connection, self._info, folder, cells, progress)
+
+    def to_vtk(self, cells: str = "hexahedron") -> vtk.vtkUnstructuredGrid:
+        """The mesh as a vtkUnstructuredGrid with the arrays of an export, its pieces joined. Needs python3-vtk9."""
+        return mesh.to_vtk(self._connection, self._info, cells)
+
+    def to_meshio(self) -> meshio.Mesh:
+        """The mesh as a meshio.Mesh: points, hexahedra, point data "id", cell data "block", "level", "state", "id".
+        Needs python3-meshio."""
+        return mesh.to_meshio(self._connection, self._info)
+
+
+def fetch_info(connection: Connection, name: str) -> MapInfo:
+    """A map's state and routing table as they are now."""
+    request = coordinator_pb2.GetMapRequest(map=name)
+    return MapInfo.from_proto(connection.idempotent(connection.coordinator.GetMap, request).map)
