@@ -9,12 +9,14 @@ print, standard error included. Times, sizes in bytes, ports, numbers of message
 in rows of tables may differ; "…" stands for any text within a line, and a line that is only "…" for any lines. A command that fails
 must say so: `<!-- run, fails -->`. A command that ends in "&" stays until the file ends, and the next one
 waits until it has printed what the page shows. Blocks of one file share a folder and a shell. The port 7100 of the
-pages is replaced by a free one. `<!-- as FILE -->` before a block writes the block into FILE instead.
+pages is replaced by a free one. A block of ">>> " lines is a session of /usr/bin/python3, one for the whole file, in the
+same folder, which finds the package of the build. `<!-- as FILE -->` before a block writes the block into FILE instead.
 
 Also: every flag that these pages name is one that some program's --help lists (flags of other programs stand in sh
 blocks, which are left out), and every relative link of every page leads to a file.
 """
 import argparse
+import json
 import os
 import re
 import shutil
@@ -55,6 +57,19 @@ def commands_of(lines):
             result.append((line[2:], []))
         elif result and result[-1][0].endswith("\\"):
             result[-1] = (result[-1][0] + "\n" + line, [])
+        elif result:
+            result[-1][1].append(line)
+    return result
+
+
+def statements_of(lines):
+    """The same of a Python session."""
+    result = []
+    for line in lines:
+        if line.startswith(">>> "):
+            result.append((line[4:], []))
+        elif result and line.startswith("... ") and not result[-1][1]:
+            result[-1] = (result[-1][0] + "\n" + line[4:], [])
         elif result:
             result[-1][1].append(line)
     return result
@@ -132,6 +147,38 @@ class Shell:
             pass
 
 
+# Reads statements, a line of JSON each, and answers what each has printed.
+PYTHON_SESSION = """
+import code, contextlib, io, json, sys
+answers, console = sys.stdout, code.InteractiveInterpreter({"__name__": "__console__"})
+for line in sys.stdin:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        if console.runsource(json.loads(line) + "\\n", symbol="single"):
+            print("incomplete statement")
+    print(json.dumps(out.getvalue()), file=answers, flush=True)
+"""
+
+
+class Python:
+    """A Python session, a statement at a time."""
+
+    def __init__(self, folder, environment):
+        self.python = subprocess.Popen(["/usr/bin/python3", "-c", PYTHON_SESSION], cwd=folder, env=environment,
+                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def run(self, statement):
+        """What it printed, tracebacks included."""
+        self.python.stdin.write(json.dumps(statement) + "\n")
+        self.python.stdin.flush()
+        answer = self.python.stdout.readline()
+        return json.loads(answer) if answer else "(Python ended)"
+
+    def close(self):
+        self.python.kill()
+        self.python.wait()
+
+
 def free_port():
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
@@ -144,14 +191,22 @@ def check_page(page, bin_folder, root):
     folder = tempfile.mkdtemp(prefix="ndmap-docs-")
     environment = dict(os.environ, PATH=bin_folder + os.pathsep + os.environ["PATH"], LC_ALL="C.UTF-8", SOURCE=root)
     environment.pop("NDMAP_COORDINATOR", None)
+    environment["PYTHONPATH"] = os.path.join(os.path.dirname(bin_folder), "python")
     port = free_port()
-    shell = Shell(folder, environment)
+    shell, python = Shell(folder, environment), None
     try:
         for line, fails, name, lines in blocks_of(page):
             if name:
                 with open(os.path.join(folder, name), "w", encoding="utf-8") as f:
                     f.write("\n".join(lines) + "\n")
                 continue
+            for statement, expected in statements_of(lines):
+                count += 1
+                python = python or Python(folder, environment)
+                text = python.run(statement.replace(PAGE_PORT, port))
+                if not matches(expected, text):
+                    faults.append(f"{page}:{line}: >>> {statement}\n  the page shows:\n" + "\n".join(expected) +
+                                  f"\n  it printed:\n{text}")
             for command, expected in commands_of(lines):
                 count += 1
                 code, text = shell.run(command.replace(PAGE_PORT, port), expected)
@@ -161,6 +216,8 @@ def check_page(page, bin_folder, root):
                 elif not matches(expected, text):
                     faults.append(f"{where}\n  the page shows:\n" + "\n".join(expected) + f"\n  it printed:\n{text}")
     finally:
+        if python:
+            python.close()
         shell.close()
         shutil.rmtree(folder, ignore_errors=True)
     return count, faults
