@@ -10,6 +10,14 @@ namespace ndmap {
 namespace {
 
 constexpr const char* kAxis[3] = {"x", "y", "z"};
+// Ids of cells hold so many.
+constexpr int kMostLevels = 29;
+
+double Largest(const GridShape& grid, int axis) {
+  return std::max(std::fabs(grid.lo[axis]), std::fabs(grid.hi[axis]));
+}
+// A side of a few units in the last place of the coordinates.
+double LeastSide(const GridShape& grid, int axis) { return Largest(grid, axis) * 0x1p-50; }
 
 absl::Status CheckBox(const Box3& box) {
   for (int c = 0; c < 3; ++c) {
@@ -41,13 +49,13 @@ absl::StatusOr<GridShape> Checked(const GridShape& grid) {
   }
   for (int c = 0; c < 3; ++c) {
     const double step = (grid.hi[c] - grid.lo[c]) / grid.cells[c];
-    const double largest = std::max(std::fabs(grid.lo[c]), std::fabs(grid.hi[c]));
+    const double largest = Largest(grid, c);
     // Squares, areas and sums of eight stay finite.
     if (largest > 1e150) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("coordinates near ", largest, " along ", kAxis[c], " are beyond 1e150: scale the surface"));
+      return absl::InvalidArgumentError(absl::StrCat("coordinates near ", largest, " along ", kAxis[c],
+                                                     " are beyond 1e150: scale the surface"));
     }
-    if (!std::isfinite(grid.lo[c]) || !std::isfinite(grid.hi[c]) || !(step > largest * 0x1p-50)) {
+    if (!std::isfinite(grid.lo[c]) || !std::isfinite(grid.hi[c]) || !(step > LeastSide(grid, c))) {
       return absl::InvalidArgumentError(absl::StrCat(
           "grid cells along ", kAxis[c], " are too small for coordinates near ", largest, ": side ", step));
     }
@@ -121,6 +129,30 @@ absl::StatusOr<GridShape> GridAuto(const Box3& box, uint32_t about) {
   }
   const std::array<uint32_t, 3> more = counts_at(fine), fewer = counts_at(coarse);
   return GridFromCounts(box, product(more) - about < about - product(fewer) ? more : fewer);
+}
+
+int FinestNumberedLevel(const GridShape& grid) {
+  int level = 0;
+  for (; level < kMostLevels; ++level) {
+    double points = 1;
+    for (uint32_t n : grid.cells) points *= std::ldexp(static_cast<double>(n), level + 1) + 1;
+    if (points >= 0x1p62) break;
+  }
+  return level;
+}
+
+absl::Status CheckDepth(const GridShape& grid, int depth) {
+  const int numbered = FinestNumberedLevel(grid);
+  int distinct = numbered;
+  for (int c = 0; c < 3; ++c) {
+    const double step = (grid.hi[c] - grid.lo[c]) / grid.cells[c];
+    while (distinct > 0 && !(std::ldexp(step, -distinct) > LeastSide(grid, c))) --distinct;
+  }
+  if (depth <= distinct) return absl::OkStatus();
+  return absl::OutOfRangeError(absl::StrCat(
+      "depth ", depth, " is too deep: on a grid of ", grid.cells[0], "x", grid.cells[1], "x", grid.cells[2],
+      distinct == numbered ? " numbers in files reach level " : " coordinates tell corners apart to level ",
+      distinct));
 }
 
 }  // namespace ndmap

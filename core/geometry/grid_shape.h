@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/geometry/surface.h"
 
@@ -42,5 +43,13 @@ absl::StatusOr<GridShape> GridFromCubes(const Box3& box, uint32_t n);
 
 // About that many near-cubic cells (a box much thinner in one axis has one layer there), as GridFromCounts.
 absl::StatusOr<GridShape> GridAuto(const Box3& box, uint32_t about = 1000);
+
+// The finest level whose points all have 64-bit numbers in files: those of the lattice that the corners of
+// that level's hexahedra would form. 17 for 10x11x9.
+int FinestNumberedLevel(const GridShape& grid);
+
+// OK if hexahedra of level `depth` can be told apart: their points have numbers in files, and their corners,
+// rounded, differ. Otherwise OUT_OF_RANGE that names the deepest level of this grid.
+absl::Status CheckDepth(const GridShape& grid, int depth);
 
 }  // namespace ndmap

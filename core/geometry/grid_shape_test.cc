@@ -80,5 +80,28 @@ TEST(GridShapeTest, RefusesWhatHasNoGrid) {
               HasSubstr("too small"));
 }
 
+TEST(GridShapeTest, RefusesCoordinatesWhoseSquaresAreNotFinite) {
+  for (const Box3& box : {Box3{{-2e150, 0, 0}, {1, 1, 1}}, Box3{{0, 0, 0}, {1e160, 1e160, 1e160}}}) {
+    for (const auto& grid : {GridFromCounts(box, {2, 2, 2}), GridFromCubes(box, 3), GridAuto(box)}) {
+      ASSERT_EQ(grid.status().code(), absl::StatusCode::kInvalidArgument);
+      EXPECT_THAT(std::string(grid.status().message()), HasSubstr("are beyond 1e150: scale the surface"));
+    }
+  }
+  EXPECT_TRUE(GridFromCounts({{0, 0, 0}, {1e149, 1e149, 1e149}}, {2, 2, 2}).ok());
+}
+
+TEST(CheckDepthTest, NamesTheDeepestLevelOfTheGrid) {
+  GridShape grid;
+  grid.cells = {10, 11, 9};
+  grid.hi = {10, 11, 9};
+  EXPECT_TRUE(CheckDepth(grid, 17).ok());
+  EXPECT_EQ(CheckDepth(grid, 18).message(),
+            "depth 18 is too deep: on a grid of 10x11x9 numbers in files reach level 17");
+  grid.lo = {1e6, 0, 0};
+  grid.hi[0] = 1e6 + 1e-3;
+  EXPECT_EQ(CheckDepth(grid, 17).message(),
+            "depth 17 is too deep: on a grid of 10x11x9 coordinates tell corners apart to level 16");
+}
+
 }  // namespace
 }  // namespace ndmap

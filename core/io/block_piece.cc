@@ -2,11 +2,8 @@
 #include "core/io/block_piece.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "absl/strings/str_cat.h"
-#include "core/algorithm/refine/frame.h"
 #include "core/algorithm/refine/hexahedron.h"
 
 namespace ndmap {
@@ -15,20 +12,26 @@ namespace {
 // Corners in VTK's order, by our numbers.
 constexpr std::array<unsigned, 8> kVtkCorners = {0, 1, 3, 2, 4, 5, 7, 6};
 
-int FinestLevel(const GridShape& grid) {
-  int level = 0;
-  for (; level < CellId::kMaxLevel; ++level) {
-    double points = 1;
-    for (uint32_t n : grid.cells) points *= std::ldexp(static_cast<double>(n), level + 1) + 1;
-    if (points >= std::ldexp(1.0, 62)) break;
-  }
-  return level;
+// Whether an initial hexahedron has all its vertices: while the algorithm build runs it may have only those
+// that it shares with others. The face of d and the faces around it touch all eight corners. O(their darts).
+bool HasCorners(Block3::Lcc& map, Block3::Dart d) {
+  Block3::Dart e = d;
+  do {
+    Block3::Dart f = map.beta<2>(e);
+    const Block3::Dart begin = f;
+    do {
+      if (map.attribute<0>(f) == Block3::Lcc::null_handle) return false;
+      f = map.beta<1>(f);
+    } while (f != begin);
+    e = map.beta<1>(e);
+  } while (e != d);
+  return true;
 }
 
 }  // namespace
 
 BlockPiece::BlockPiece(const GridShape& grid, VtuCells cells)
-    : grid_(grid), cells_(cells), finest_(FinestLevel(grid)) {}
+    : grid_(grid), cells_(cells), finest_(FinestNumberedLevel(grid)) {}
 
 absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget) {
   if (!begun_) {
@@ -49,7 +52,7 @@ absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget) {
 
 absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
   const auto& info = block.map().info_of_attribute<3>(cell);
-  if (block.map().attribute<0>(info.reference) == Block3::Lcc::null_handle) {
+  if (!HasCorners(block.map(), info.reference)) {
     return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
   }
   const int level = info.id.level();
@@ -72,49 +75,89 @@ absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
                      id << 3 * (finest_ - level)};
   const auto frame = Frame<Block3>::Of(block.map(), cell);
   const std::array<Point3, 8> corners = frame.Corners(block.map());
-  std::array<int64_t, 8> points;
-  for (unsigned i = 0; i < 8; ++i) {
-    const unsigned corner = kVtkCorners[i];
-    Lattice x;
-    for (int c = 0; c < 3; ++c) x[c] = (at[c] + (corner >> c & 1)) << (finest_ - level);
-    points[i] = AddPoint(corners[corner], x);
+  std::array<Lattice, 8> lattice;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    for (int c = 0; c < 3; ++c) lattice[corner][c] = (at[c] + (corner >> c & 1)) << (finest_ - level);
   }
-  if (cells_ == VtuCells::kPolyhedra) return AddFaces(block, cell, what);
+  if (cells_ == VtuCells::kPolyhedra) return AddFaces(block, frame, lattice, what);
+  std::array<int64_t, 8> points;
+  for (unsigned i = 0; i < 8; ++i) points[i] = AddPoint(corners[kVtkCorners[i]], lattice[kVtkCorners[i]]);
   piece_.AddHexahedron(points, what);
   return absl::OkStatus();
 }
 
-absl::Status BlockPiece::AddFaces(Block3& block, Cell cell, const VtuCell& what) {
-  auto& map = block.map();
-  std::vector<int64_t> sizes, face_points;
-  std::vector<Dart> faces = {map.info_of_attribute<3>(cell).reference};
-  const auto mark = map.get_new_mark();
-  std::vector<Dart> marked;
-  absl::Status status;
-  for (size_t i = 0; i < faces.size(); ++i) {
-    if (map.is_marked(faces[i], mark)) continue;
-    // Our darts run clockwise seen from outside: backwards is VTK's way.
-    Dart d = faces[i];
-    sizes.push_back(0);
-    do {
-      map.mark(d, mark);
-      marked.push_back(d);
-      faces.push_back(map.beta<2>(d));
-      const Point3 point = Frame<Block3>::StartPoint(map, d);
-      const absl::StatusOr<Lattice> at = LatticeAt(point);
-      if (at.ok()) {
-        face_points.push_back(AddPoint(point, *at));
-      } else {
-        status = at.status();
-      }
-      ++sizes.back();
-      d = map.beta<0>(d);
-    } while (d != faces[i]);
+absl::Status BlockPiece::AddFaces(Block3& block, const Frame<Block3>& frame,
+                                  const std::array<Lattice, 8>& corners, const VtuCell& what) {
+  Faces faces;
+  for (unsigned f = 0; f < hexahedron::kFaces; ++f) {
+    std::array<Lattice, 4> at;
+    for (unsigned k = 0; k < 4; ++k) at[k] = corners[hexahedron::kFaceCorners[f][k]];
+    const Dart d = frame.first[hexahedron::Role(f, 0)];
+    if (absl::Status s = AddFace(block.map(), d, frame.level, at, faces); !s.ok()) return s;
   }
-  for (Dart d : marked) map.unmark(d, mark);
-  map.free_mark(mark);
-  if (!status.ok()) return status;
-  piece_.AddPolyhedron(sizes, face_points, what);
+  piece_.AddPolyhedron(faces.sizes, faces.points, what);
+  return absl::OkStatus();
+}
+
+absl::Status BlockPiece::AddFace(Lcc& map, Dart d, int level, const std::array<Lattice, 4>& corners,
+                                 Faces& faces) {
+  if (!Frame<Block3>::FaceIsWhole(map, d, level)) {
+    std::array<Lattice, 4> middles;
+    for (unsigned k = 0; k < 4; ++k) {
+      if (absl::Status s = Between(corners[k], corners[(k + 1) % 4], middles[k]); !s.ok()) return s;
+    }
+    Lattice centre;
+    if (absl::Status s = Between(corners[0], corners[2], centre); !s.ok()) return s;
+    for (unsigned k = 0; k < 4; ++k) {
+      const std::array<Lattice, 4> part = {corners[k], middles[k], centre, middles[(k + 3) % 4]};
+      // On to the dart that leaves the next corner, found before anything else is.
+      const Dart next = map.beta<1>(Frame<Block3>::EdgeEnd(map, d, level));
+      if (absl::Status s = AddFace(map, d, level + 1, part, faces); !s.ok()) return s;
+      d = next;
+    }
+    return absl::OkStatus();
+  }
+  std::vector<int64_t> points;
+  std::vector<Dart> hanging;
+  for (unsigned k = 0; k < 4; ++k) {
+    points.push_back(AddPoint(Frame<Block3>::StartPoint(map, d), corners[k]));
+    hanging.clear();
+    for (d = map.beta<1>(d); Frame<Block3>::StartLevel(map, d) > level; d = map.beta<1>(d)) {
+      hanging.push_back(d);
+    }
+    if (absl::Status s = AddHanging(map, corners[k], corners[(k + 1) % 4], hanging, points); !s.ok()) {
+      return s;
+    }
+  }
+  // Our darts run clockwise seen from outside: backwards is VTK's way.
+  faces.sizes.push_back(static_cast<int64_t>(points.size()));
+  faces.points.insert(faces.points.end(), points.rbegin(), points.rend());
+  return absl::OkStatus();
+}
+
+absl::Status BlockPiece::AddHanging(Lcc& map, const Lattice& from, const Lattice& to,
+                                    absl::Span<const Dart> darts, std::vector<int64_t>& points) {
+  if (darts.empty()) return absl::OkStatus();
+  // Of the vertices between two ends the one that was made first is in the middle.
+  const auto first = std::min_element(darts.begin(), darts.end(), [&map](Dart a, Dart b) {
+    return Frame<Block3>::StartLevel(map, a) < Frame<Block3>::StartLevel(map, b);
+  });
+  const size_t before = static_cast<size_t>(first - darts.begin());
+  Lattice middle;
+  if (absl::Status s = Between(from, to, middle); !s.ok()) return s;
+  if (absl::Status s = AddHanging(map, from, middle, darts.first(before), points); !s.ok()) return s;
+  points.push_back(AddPoint(Frame<Block3>::StartPoint(map, *first), middle));
+  return AddHanging(map, middle, to, darts.subspan(before + 1), points);
+}
+
+absl::Status BlockPiece::Between(const Lattice& a, const Lattice& b, Lattice& middle) const {
+  for (int c = 0; c < 3; ++c) {
+    if ((a[c] + b[c]) % 2 != 0) {
+      return absl::OutOfRangeError(absl::StrCat("a neighbour's hexahedron is finer than level ", finest_,
+                                                ", which file numbers of this grid reach"));
+    }
+    middle[c] = (a[c] + b[c]) / 2;
+  }
   return absl::OkStatus();
 }
 
@@ -125,31 +168,6 @@ int64_t BlockPiece::AddPoint(const Point3& point, const Lattice& at) {
   const auto [it, added] = point_of_id_.try_emplace(id, 0);
   if (added) it->second = piece_.AddPoint(point, id);
   return it->second;
-}
-
-absl::StatusOr<BlockPiece::Lattice> BlockPiece::LatticeAt(const Point3& point) const {
-  // A map's vertices lie on dyadic lattices up to rounding: the coarsest lattice that has the point is the
-  // one it was made on.
-  Lattice at{};
-  for (int c = 0; c < 3; ++c) {
-    const double side = grid_.hi[c] - grid_.lo[c];
-    const double x = (point[c] - grid_.lo[c]) / side * grid_.cells[c];
-    const double largest = std::max({std::abs(grid_.lo[c]), std::abs(grid_.hi[c]), side});
-    const double rounding = 64 * std::numeric_limits<double>::epsilon() * largest / side * grid_.cells[c];
-    bool found = false;
-    for (int level = 0; level <= finest_ && !found; ++level) {
-      const double scaled = std::ldexp(x, level);
-      const double nearest = std::nearbyint(scaled);
-      const double tolerance = std::ldexp(rounding, level);
-      found = tolerance < 0.25 && std::abs(scaled - nearest) <= tolerance;
-      if (found) at[c] = static_cast<int64_t>(nearest) << (finest_ - level);
-    }
-    if (!found) {
-      return absl::OutOfRangeError(absl::StrCat("point ", point[0], ",", point[1], ",", point[2],
-                                                " is not a corner of the grid at any level"));
-    }
-  }
-  return at;
 }
 
 }  // namespace ndmap

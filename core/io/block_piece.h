@@ -14,6 +14,8 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/types/span.h"
+#include "core/algorithm/refine/frame.h"
 #include "core/geometry/grid_shape.h"
 #include "core/io/vtu_writer.h"
 #include "core/map/block.h"
@@ -29,7 +31,7 @@ class BlockPiece {
  public:
   BlockPiece(const GridShape& grid, VtuCells cells);
 
-  // The finest level that the numbers of this grid reach.
+  // The finest level that the numbers of this grid reach (FinestNumberedLevel).
   int finest_level() const { return finest_; }
 
   // Reads up to `budget` hexahedra; true when all are read. ABORTED when the block changed since the first
@@ -40,15 +42,28 @@ class BlockPiece {
   const VtuPiece& piece() const { return piece_; }
 
  private:
+  using Lcc = Block3::Lcc;
   using Dart = Block3::Dart;
   using Cell = Block3::Types::Cell;
   using Lattice = std::array<int64_t, 3>;
 
   absl::Status AddCell(Block3& block, Cell cell);
-  absl::Status AddFaces(Block3& block, Cell cell, const VtuCell& what);
+  absl::Status AddFaces(Block3& block, const Frame<Block3>& frame, const std::array<Lattice, 8>& corners,
+                        const VtuCell& what);
+  // The faces of a polyhedron, as AddPolyhedron() takes them.
+  struct Faces {
+    std::vector<int64_t> sizes, points;
+  };
+  // Adds the face of level `level` in which d leaves corner 0, or the parts into which it is split. Places on
+  // the lattice follow from the corners and the vertices' levels alone: coordinates are rounded, and far from
+  // the origin different points may differ by little more than that. O(darts of the face * levels).
+  absl::Status AddFace(Lcc& map, Dart d, int level, const std::array<Lattice, 4>& corners, Faces& faces);
+  // The vertices between two corners, where `darts` begin.
+  absl::Status AddHanging(Lcc& map, const Lattice& from, const Lattice& to, absl::Span<const Dart> darts,
+                          std::vector<int64_t>& points);
+  // OUT_OF_RANGE if the middle is finer than the lattice.
+  absl::Status Between(const Lattice& a, const Lattice& b, Lattice& middle) const;
   int64_t AddPoint(const Point3& point, const Lattice& at);
-  // The lattice point at a place, for points that are corners of other blocks' hexahedra only.
-  absl::StatusOr<Lattice> LatticeAt(const Point3& point) const;
 
   const GridShape grid_;
   const VtuCells cells_;

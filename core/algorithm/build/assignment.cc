@@ -255,12 +255,20 @@ std::vector<double> ExpectedWork(const GridShape& grid, const TriangleSurface* s
   return work;
 }
 
+absl::Status CheckPartition(absl::string_view partition, uint64_t cells) {
+  if (partition != "lpt" || cells <= kMaxLptCells) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("partition lpt lists every hexahedron, and ", cells,
+                                                 " are more than the ", kMaxLptCells,
+                                                 " that it may list: take hilbert"));
+}
+
 absl::StatusOr<Assignment> MakeAssignment(const GridShape& grid, uint32_t blocks, absl::string_view partition,
                                           const TriangleSurface* surface, int depth) {
   if (blocks == 0 || blocks > grid.CellCount()) {
     return absl::InvalidArgumentError(absl::StrCat(blocks, " blocks, expected 1 to ", grid.CellCount(),
                                                    ", the number of initial hexahedra"));
   }
+  if (absl::Status status = CheckPartition(partition, grid.CellCount()); !status.ok()) return status;
   const std::vector<double> work = ExpectedWork(grid, surface, depth);
   const int bits = CurveBits(grid);
   std::vector<uint32_t> table;

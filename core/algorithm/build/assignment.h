@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/geometry/grid_shape.h"
@@ -47,10 +48,18 @@ class Assignment {
 // samples).
 std::vector<double> ExpectedWork(const GridShape& grid, const TriangleSurface* surface, int depth);
 
+// The most initial hexahedra for the partition lpt: it has no long runs, and a longer list of blocks does not
+// fit in the parameters of a phase.
+inline constexpr uint64_t kMaxLptCells = 500'000;
+
+// INVALID_ARGUMENT if the partition cannot cut a grid of so many hexahedra.
+absl::Status CheckPartition(absl::string_view partition, uint64_t cells);
+
 // The partitions, by name: hilbert, morton (pieces of the curve of equal expected work), slabs (layers across
 // the longest axis, of equal work), metis (METIS k-way on the grid's dual graph), lpt (heaviest cell first to
 // the least loaded block; balanced, with the longest borders). INVALID_ARGUMENT for other names, for 0
-// blocks, for more blocks than cells. `surface` may be null: all cells weigh the same.
+// blocks, for more blocks than cells, for what CheckPartition() refuses. `surface` may be null: all cells
+// weigh the same.
 absl::StatusOr<Assignment> MakeAssignment(const GridShape& grid, uint32_t blocks, absl::string_view partition,
                                           const TriangleSurface* surface, int depth);
 
