@@ -10,6 +10,7 @@ import numpy as np
 
 import ndmap
 from cluster import run_ndmap
+from ndmap.grid import round_half_up
 
 POINTS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 TRIANGLES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
@@ -87,6 +88,10 @@ class SurfaceTest(unittest.TestCase):
             said = run_ndmap("sample", kind, "-o", path, "--triangles", 2000)
             surface = ndmap.Surface.read(path)
             self.assertEqual((len(surface.points), len(surface.triangles)), (said["points"], said["triangles"]))
+
+    def test_numbers_are_rounded_as_in_the_services(self):
+        for number, whole in ((0.5, 1), (1.5, 2), (2.5, 3), (0.49999999999999994, 0), (4503599627370495.5, 1 << 52)):
+            self.assertEqual(round_half_up(number), whole)
 
     def test_grids(self):
         lo, hi = (0, 0, 0), (4, 2, 1)

@@ -54,8 +54,8 @@ def parse_cells(grid: str | Sequence[int]) -> Counts:
     return counts[0], counts[1], counts[2]
 
 
-def _round(x: float) -> int:
-    # Halves go up, as in C; the difference is exact.
+def round_half_up(x: float) -> int:
+    """The nearest whole number of a number of 0 or more; halves go up, as in C. The difference below is exact."""
     whole = math.floor(x)
     return whole + (1 if x - whole >= 0.5 else 0)
 
@@ -125,7 +125,7 @@ class Grid:
             raise InvalidArgumentError(f"a grid of about {about} cells; 1 or more expected")
 
         def counts_at(side: float) -> Counts:
-            x, y, z = (max(1, _round((b - a) / side)) for a, b in zip(lo, hi))
+            x, y, z = (max(1, round_half_up((b - a) / side)) for a, b in zip(lo, hi))
             return x, y, z
 
         # The number of cells never grows with the side: bisect between a side that gives at least that many and one
