@@ -115,6 +115,8 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
       return absl::InvalidArgumentError(absl::StrCat("block ", b, " of ", request.block_count()));
     }
     auto hosted = std::make_shared<HostedBlock>(BlockId{b});
+    // No version is used twice, also not by a later map of this name: fewer changes than microseconds.
+    hosted->block.set_version(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
     BlockActor::Options options;
     options.outstanding_limit = options_.outstanding_limit;
     options.accounted_bytes = [block = &hosted->block] { return block->AccountedBytes(); };

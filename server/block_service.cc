@@ -37,6 +37,19 @@ grpc::Status BlockServiceImpl::Beta(grpc::ServerContext*, const v1::BetaRequest*
   return ToGrpc(walker_.Beta(*request, *response));
 }
 
+grpc::Status BlockServiceImpl::Explore(grpc::ServerContext* context, const v1::ExploreRequest* request,
+                                       grpc::ServerWriter<v1::ExploreResponse>* writer) {
+  return ToGrpc(explorer_.Explore(
+      *request, [context] { return context->IsCancelled(); },
+      [writer](const v1::ExploreResponse& part) { return writer->Write(part); }));
+}
+
+grpc::Status BlockServiceImpl::AskBlock(grpc::ServerContext* context, const v1::AskBlockRequest* request,
+                                        v1::AskBlockResponse* response) {
+  return ToGrpc(explorer_.answers().Answer(
+      *request, [context] { return context->IsCancelled(); }, *response));
+}
+
 grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest* request,
                                              v1::GetBlockStatsResponse* response) {
   std::vector<uint32_t> blocks(request->blocks().begin(), request->blocks().end());

@@ -8,6 +8,7 @@
 #include "ndmap/v1/block_service.grpc.pb.h"
 #include "server/block_host.h"
 #include "server/exchange.h"
+#include "server/explorer.h"
 #include "server/export.h"
 #include "server/piece.h"
 #include "server/walker.h"
@@ -18,6 +19,8 @@ struct ServiceOptions {
   // Empty: none.
   std::string data_folder;
   uint64_t max_surface_bytes = uint64_t{4} << 30;
+  // Of one question of a client.
+  uint64_t max_query_darts = kDefaultQueryDarts;
   PieceSource piece_source = MakeVtuPiece;
 };
 
@@ -25,7 +28,11 @@ class BlockServiceImpl final
     : public v1::BlockService::WithCallbackMethod_Exchange<v1::BlockService::Service> {
  public:
   BlockServiceImpl(BlockHost* host, ServiceOptions options)
-      : host_(host), options_(std::move(options)), walker_(host), exchange_(host) {}
+      : host_(host),
+        options_(std::move(options)),
+        walker_(host, &peers_),
+        explorer_(host, &peers_, options_.max_query_darts),
+        exchange_(host) {}
 
   // Ends what would keep a stopping server waiting.
   void Stop() { exchange_.Finish(); }
@@ -35,6 +42,9 @@ class BlockServiceImpl final
   grpc::Status GetProcessStats(grpc::ServerContext*, const v1::GetProcessStatsRequest*,
                                v1::GetProcessStatsResponse*) override;
   grpc::Status Beta(grpc::ServerContext*, const v1::BetaRequest*, v1::BetaResponse*) override;
+  grpc::Status Explore(grpc::ServerContext*, const v1::ExploreRequest*,
+                       grpc::ServerWriter<v1::ExploreResponse>*) override;
+  grpc::Status AskBlock(grpc::ServerContext*, const v1::AskBlockRequest*, v1::AskBlockResponse*) override;
   grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
                              v1::GetBlockStatsResponse*) override;
   grpc::Status ExportPiece(grpc::ServerContext*, const v1::ExportPieceRequest*,
@@ -57,7 +67,9 @@ class BlockServiceImpl final
  private:
   BlockHost* const host_;
   const ServiceOptions options_;
+  PeerStubs peers_;
   Walker walker_;
+  Explorer explorer_;
   ExchangeStreams exchange_;
 };
 

@@ -39,6 +39,11 @@ int main(int argc, char** argv) {
       ->envname("NDMAP_MAX_SURFACE_BYTES")
       ->transform(CLI::AsSizeValue(false))
       ->capture_default_str();
+  app.add_option("--max-query-darts", options.service.max_query_darts,
+                 "limit of the darts that one question of a client may come to")
+      ->envname("NDMAP_MAX_QUERY_DARTS")
+      ->check(CLI::Range(uint64_t{1}, server::kMostQueryDarts))
+      ->capture_default_str();
   int exit_code = 0;
   if (!service::Parse(app, argc, argv, exit_code)) return exit_code;
   auto fail = [](const absl::Status& status) {

@@ -11,7 +11,6 @@
 #include "absl/types/span.h"
 #include "core/map/walk.h"
 #include "server/wire.h"
-#include "service/channel.h"
 #include "service/status.h"
 
 namespace ndmap::server {
@@ -19,7 +18,6 @@ namespace {
 
 constexpr int kMaxStarts = 1 << 16;
 constexpr size_t kMaxWord = 1 << 16;
-constexpr std::chrono::seconds kPeerDeadline(10);
 
 void Describe(Block3& block, DartIndex index, v1::DartInfo& info) {
   auto& map = block.map();
@@ -126,16 +124,9 @@ absl::Status Walker::InBlock(const v1::BetaRequest& request, v1::BetaResponse& r
 absl::Status Walker::Ask(const std::string& address, const v1::BetaRequest& request,
                          v1::BetaResponse& response) {
   if (address.empty() || address == host_->address()) return InBlock(request, response);
-  std::shared_ptr<v1::BlockService::Stub> stub;
-  {
-    absl::MutexLock lock(&mutex_);
-    std::shared_ptr<v1::BlockService::Stub>& there = stubs_[address];
-    if (there == nullptr) there = v1::BlockService::NewStub(service::MakeChannel(address));
-    stub = there;
-  }
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPeerDeadline);
-  return service::FromGrpc(stub->Beta(&context, request, &response));
+  context.set_deadline(std::chrono::system_clock::now() + PeerStubs::kDeadline);
+  return service::FromGrpc(peers_->To(address)->Beta(&context, request, &response));
 }
 
 absl::Status Walker::Beta(const v1::BetaRequest& request, v1::BetaResponse& response) {

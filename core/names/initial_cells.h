@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace ndmap {
 
@@ -26,6 +27,10 @@ class InitialCells {
   // The same place in the frame of its owner: the lowest-numbered initial hexahedron that the box from
   // `place.at` to place.at + extent (0 on axes across the cell, its length along it) touches. Constant time.
   virtual LatticePlace ToOwner(const LatticePlace& place, const std::array<uint32_t, 3>& extent) const = 0;
+  // The same place in the frames of all initial hexahedra that the box touches, `place.initial` first. At
+  // most 8 in a grid.
+  virtual std::vector<LatticePlace> Around(const LatticePlace& place,
+                                           const std::array<uint32_t, 3>& extent) const = 0;
 };
 
 // The grid of the main job: hexahedron number i + cells[0] (j + cells[1] k).
@@ -45,6 +50,25 @@ class GridCells final : public InitialCells {
       stride *= cells_[c];
     }
     return owner;
+  }
+
+  std::vector<LatticePlace> Around(const LatticePlace& place,
+                                   const std::array<uint32_t, 3>& extent) const override {
+    std::vector<LatticePlace> places = {place};
+    uint64_t stride = 1;
+    for (int c = 0; c < 3; ++c) {
+      const uint64_t index = place.initial / stride % cells_[c];
+      const bool below = extent[c] == 0 && place.at[c] == 0 && index > 0;
+      const bool above = extent[c] == 0 && place.at[c] == LatticePlace::kSide && index + 1 < cells_[c];
+      for (size_t i = 0, n = places.size(); (below || above) && i < n; ++i) {
+        LatticePlace other = places[i];
+        other.initial = below ? other.initial - stride : other.initial + stride;
+        other.at[c] = below ? LatticePlace::kSide : 0;
+        places.push_back(other);
+      }
+      stride *= cells_[c];
+    }
+    return places;
   }
 
  private:

@@ -8,7 +8,7 @@ from typing import Iterable, Iterator, Sequence, Union, overload
 import numpy as np
 
 from ndmap.errors import InvalidArgumentError
-from ndmap.v1 import block_service_pb2
+from ndmap.v1 import block_service_pb2, navigate_pb2
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ DartsLike = Union[Dart, DartInfo, Darts, Walks, "Iterable[Dart | DartInfo]"]
 Word = Union[str, bytes, "Iterable[int]"]
 
 
-def references(map_name: str, darts: DartsLike) -> list[block_service_pb2.DartRef]:
+def references(map_name: str, darts: DartsLike) -> list[navigate_pb2.DartRef]:
     """References to darts in whatever form they were given. InvalidArgumentError for darts of another map, and for
     numbers that no dart can have."""
     if isinstance(darts, Walks):
@@ -124,7 +124,7 @@ def references(map_name: str, darts: DartsLike) -> list[block_service_pb2.DartRe
     if isinstance(darts, Darts):
         _check_map(map_name, darts.map)
         columns = (darts.block.tolist(), darts.index.tolist(), darts.version.tolist())
-        return [block_service_pb2.DartRef(block=b, dart=d, version=v) for b, d, v in zip(*columns)]
+        return [navigate_pb2.DartRef(block=b, dart=d, version=v) for b, d, v in zip(*columns)]
     if isinstance(darts, (Dart, DartInfo)):
         darts = [darts]
     result = []
@@ -134,7 +134,7 @@ def references(map_name: str, darts: DartsLike) -> list[block_service_pb2.DartRe
             raise InvalidArgumentError(f"a Dart or DartInfo expected, not {item!r}")
         _check_map(map_name, dart.map)
         try:
-            result.append(block_service_pb2.DartRef(block=dart.block, dart=dart.index, version=dart.version))
+            result.append(navigate_pb2.DartRef(block=dart.block, dart=dart.index, version=dart.version))
         except (TypeError, ValueError):
             raise InvalidArgumentError(
                 f"{dart!r}: block and index are whole numbers below 2^32, the version one below 2^64"

@@ -11,7 +11,7 @@ from ndmap.darts import DartInfo, Darts, DartsLike, Walks, Word, parse_word, ref
 from ndmap.errors import FailedPreconditionError, InternalError, InvalidArgumentError, StaleDartError
 from ndmap.info import MapInfo
 from ndmap.v1 import block_service_pb2 as pb
-from ndmap.v1 import common_pb2
+from ndmap.v1 import common_pb2, navigate_pb2
 
 # What one call may carry.
 MAX_STARTS = 65536
@@ -23,7 +23,7 @@ class _Walker:
 
     __slots__ = ("block", "start", "next_letter", "done", "free", "at", "block_crossings", "server_crossings")
 
-    def __init__(self, dart: pb.DartRef) -> None:
+    def __init__(self, dart: navigate_pb2.DartRef) -> None:
         self.block: int = dart.block
         self.start = pb.BetaStart(dart=dart)
         self.next_letter = 0

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/navigate/cell_index.h"
+
+#include <algorithm>
+// The deprecated header that it includes says so in every compilation.
+#define BOOST_ALLOW_DEPRECATED_HEADERS
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/algorithm/refine/frame.h"
+#include "core/names/hexahedron_lattice.h"
+
+namespace ndmap {
+namespace {
+
+namespace bg = boost::geometry;
+using TreePoint = bg::model::point<double, 3, bg::cs::cartesian>;
+using TreeBox = bg::model::box<TreePoint>;
+using TreeValue = std::pair<TreeBox, uint32_t>;
+
+TreePoint ToTree(const Point3& p) { return {p[0], p[1], p[2]}; }
+TreeBox ToTree(const Box3& b) { return {ToTree(b.lo), ToTree(b.hi)}; }
+
+CellId Lengthened(CellId id) {
+  while (id.level() < CellId::kMaxLevel) id = id.Child(0);
+  return id;
+}
+
+CellId KeyOf(const LatticePlace& place) {
+  CellId id = CellId::Initial(place.initial);
+  for (uint32_t bit = LatticePlace::kSide >> 1; bit > 0; bit >>= 1) {
+    id = id.Child((place.at[0] & bit ? 1 : 0) | (place.at[1] & bit ? 2 : 0) | (place.at[2] & bit ? 4 : 0));
+  }
+  return id;
+}
+
+CellId IdOf(const CellIndex::Entry& entry) {
+  CellId id = entry.key;
+  while (id.level() > entry.level) id = id.Parent();
+  return id;
+}
+
+}  // namespace
+
+struct CellIndex::Tree {
+  bg::index::rtree<TreeValue, bg::index::rstar<16>> tree;
+};
+
+CellIndex::CellIndex() = default;
+CellIndex::~CellIndex() = default;
+
+const CellIndex::Entry* CellIndex::Find(const CellId& id) const {
+  if (!id.is_cell()) return nullptr;
+  const CellId key = Lengthened(id);
+  const auto it = std::lower_bound(entries_.begin(), entries_.end(), key,
+                                   [](const Entry& e, const CellId& k) { return e.key < k; });
+  return it != entries_.end() && it->key == key && it->level == id.level() ? &*it : nullptr;
+}
+
+const CellIndex::Entry* CellIndex::At(const LatticePlace& place) const {
+  const CellId key = KeyOf(place);
+  auto it = std::upper_bound(entries_.begin(), entries_.end(), key,
+                             [](const CellId& k, const Entry& e) { return k < e.key; });
+  if (it == entries_.begin()) return nullptr;
+  --it;
+  // The last that begins at or before the place; it may end before it.
+  CellId around = key;
+  while (around.level() > it->level) around = around.Parent();
+  return around == IdOf(*it) ? &*it : nullptr;
+}
+
+std::vector<const CellIndex::Entry*> CellIndex::Meeting(const Box3& box) const {
+  std::vector<const Entry*> found;
+  if (tree_ == nullptr) return found;
+  for (auto it = tree_->tree.qbegin(bg::index::intersects(ToTree(box))); it != tree_->tree.qend(); ++it) {
+    found.push_back(&entries_[it->second]);
+  }
+  return found;
+}
+
+std::vector<std::pair<double, const CellIndex::Entry*>> CellIndex::Nearest(const Point3& point,
+                                                                           size_t most) const {
+  std::vector<std::pair<double, const Entry*>> found;
+  const TreePoint p = ToTree(point);
+  for (auto it = tree_->tree.qbegin(bg::index::nearest(p, static_cast<unsigned>(most)));
+       it != tree_->tree.qend(); ++it) {
+    found.emplace_back(bg::comparable_distance(p, it->first), &entries_[it->second]);
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.first, a.second->key) < std::pair(b.first, b.second->key);
+  });
+  return found;
+}
+
+CellIndexBuilder::CellIndexBuilder() = default;
+CellIndexBuilder::~CellIndexBuilder() = default;
+
+absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget) {
+  auto& map = block.map();
+  if (version_ == 0) version_ = block.version();
+  if (version_ != block.version()) {
+    return absl::AbortedError(absl::StrCat("block ", block.id().value, " changed during the query"));
+  }
+  if (!begun_) {
+    begun_ = true;
+    auto& cells = map.attributes<3>();
+    todo_.reserve(cells.size());
+    for (auto it = cells.begin(); it != cells.end(); ++it) {
+      todo_.push_back(IndexOf(map, map.info_of_attribute<3>(it).reference));
+    }
+    read_.reserve(todo_.size());
+  }
+  for (size_t k = 0; k < budget && !todo_.empty(); ++k) {
+    const DartIndex reference = todo_.back();
+    todo_.pop_back();
+    const auto d = DartAt(map, reference);
+    if (d == Block3::Lcc::null_handle || map.attribute<0>(d) == Block3::Lcc::null_handle) {
+      return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
+    }
+    const auto cell = map.attribute<3>(d);
+    const CellId id = map.info_of_attribute<3>(cell).id;
+    const Box3 box = CornerBox(Frame<Block3>::Of(map, cell).Corners(map));
+    read_.push_back({{Lengthened(id), reference, static_cast<uint8_t>(id.level())}, box});
+  }
+  return todo_.empty();
+}
+
+std::shared_ptr<const CellIndex> CellIndexBuilder::Build() {
+  std::sort(read_.begin(), read_.end(),
+            [](const auto& a, const auto& b) { return a.first.key < b.first.key; });
+  std::shared_ptr<CellIndex> index(new CellIndex);
+  index->version_ = version_;
+  std::vector<TreeValue> boxes;
+  boxes.reserve(read_.size());
+  index->entries_.reserve(read_.size());
+  for (const auto& [entry, box] : read_) {
+    boxes.emplace_back(ToTree(box), static_cast<uint32_t>(index->entries_.size()));
+    index->entries_.push_back(entry);
+  }
+  read_ = {};
+  index->tree_ = std::make_unique<CellIndex::Tree>();
+  // From a range: packed, and in O(cells log cells).
+  index->tree_->tree = bg::index::rtree<TreeValue, bg::index::rstar<16>>(boxes.begin(), boxes.end());
+  return index;
+}
+
+DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
+  if (id.is_cell()) {
+    const CellIndex::Entry* entry = index.Find(id);
+    return entry == nullptr ? DartIndex{} : entry->reference;
+  }
+  if (!id.is_part()) return DartIndex{};
+  const LatticeBox box = BoxOf(id);
+  const unsigned dimension = id.dimension();
+  HexahedronLattice<Block3> lattice(block.map());
+  for (const LatticePlace& place : initial.Around(box.low, box.extent)) {
+    // The hexahedra on either side of it, along the axes that it does not extend along.
+    for (unsigned octant = 0; octant < 8; ++octant) {
+      LatticePlace beside = place;
+      bool inside = true;
+      for (int c = 0; c < 3; ++c) {
+        const bool below = (octant >> c & 1) != 0;
+        if (below) inside = inside && box.extent[c] == 0 && beside.at[c]-- > 0;
+        inside = inside && beside.at[c] < LatticePlace::kSide;
+      }
+      const CellIndex::Entry* entry = inside ? index.At(beside) : nullptr;
+      if (entry == nullptr) continue;
+      const LatticeBox here{place, box.extent};
+      for (const auto& placed : lattice.Of(block.map().attribute<3>(DartAt(block.map(), entry->reference)))) {
+        if ((dimension == 0 ? placed.vertex : dimension == 1 ? placed.edge : placed.face) == here) {
+          return IndexOf(block.map(), placed.dart);
+        }
+      }
+    }
+  }
+  return DartIndex{};
+}
+
+NearestVertex FindNearestVertex(Block3& block, const CellIndex& index, const InitialCells& initial,
+                                const Point3& point) {
+  NearestVertex best;
+  HexahedronLattice<Block3> lattice(block.map());
+  index.ByDistance(point, [&](double distance, const CellIndex::Entry& entry) {
+    if (distance > best.distance) return false;
+    for (const auto& placed : lattice.Of(block.map().attribute<3>(DartAt(block.map(), entry.reference)))) {
+      const Point3 p = Frame<Block3>::StartPoint(block.map(), placed.dart);
+      double squared = 0;
+      for (int c = 0; c < 3; ++c) squared += (p[c] - point[c]) * (p[c] - point[c]);
+      if (squared > best.distance) continue;
+      const CellId id = NameOf(initial, placed.vertex);
+      if (squared < best.distance || id < best.id) best = {squared, id, IndexOf(block.map(), placed.dart)};
+    }
+    return true;
+  });
+  return best;
+}
+
+}  // namespace ndmap

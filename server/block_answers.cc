@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/block_answers.h"
+
+#include <cmath>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/algorithm/refine/frame.h"
+#include "core/navigate/dart_names.h"
+#include "core/navigate/orbit.h"
+#include "server/wire.h"
+
+namespace ndmap::server {
+namespace {
+
+// A step takes about a millisecond.
+constexpr size_t kDartsAStep = 2000;
+constexpr size_t kHexahedraAStep = 300;
+
+absl::Status CheckVersion(const Block3& block, uint64_t version) {
+  if (version == 0 || version == block.version()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " has changed since version ",
+                                                    version, " (it is at ", block.version(),
+                                                    " now): ask for its darts again"));
+}
+
+bool IsFinite(const v1::Point& p) {
+  return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
+}
+Point3 FromWire(const v1::Point& p) { return {p.x(), p.y(), p.z()}; }
+
+absl::Status BadPoint(const v1::Point& p) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("a point of coordinates ", p.x(), ", ", p.y(), ", ", p.z(), ", expected finite numbers"));
+}
+
+// The box of a point or box anchor.
+absl::StatusOr<Box3> BoxOf(const v1::Anchor& anchor) {
+  if (anchor.has_point()) {
+    if (!IsFinite(anchor.point())) return BadPoint(anchor.point());
+    return Box3{FromWire(anchor.point()), FromWire(anchor.point())};
+  }
+  const v1::Box& box = anchor.box();
+  for (const v1::Point& p : {box.lo(), box.hi()}) {
+    if (!IsFinite(p)) return BadPoint(p);
+  }
+  if (box.lo().x() > box.hi().x() || box.lo().y() > box.hi().y() || box.lo().z() > box.hi().z()) {
+    return absl::InvalidArgumentError("a box whose low corner is above its high corner");
+  }
+  return Box3{FromWire(box.lo()), FromWire(box.hi())};
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<InitialCells>> InitialCellsOf(const std::string& map,
+                                                             const BlockHost::MapInfo& info) {
+  if (info.grid) return std::make_unique<GridCells>(info.grid->cells);
+  return absl::FailedPreconditionError(
+      absl::StrCat("map \"", map, "\" has no grid of initial hexahedra: its cells have no ids"));
+}
+
+absl::StatusOr<CellId> FromWire(const v1::CellId& id) {
+  const CellId cell = CellId::FromWords(id.hi(), id.lo());
+  if (cell.IsWellFormed()) return cell;
+  return absl::InvalidArgumentError(absl::StrCat("the words ", absl::Hex(id.hi(), absl::kZeroPad16), " ",
+                                                 absl::Hex(id.lo(), absl::kZeroPad16),
+                                                 " are no id of a cell"));
+}
+
+void ToWire(const CellId& id, v1::CellId& wire) {
+  wire.set_hi(id.hi());
+  wire.set_lo(id.lo());
+}
+
+struct BlockAnswers::Asked {
+  const v1::AskBlockRequest& request;
+  const std::function<bool()>& gone;
+  BlockHost::MapInfo info;
+
+  const std::string& map() const { return request.map(); }
+  uint32_t block() const { return request.block(); }
+};
+
+absl::Status BlockAnswers::Answer(const v1::AskBlockRequest& request, const std::function<bool()>& gone,
+                                  v1::AskBlockResponse& response) {
+  absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request.map());
+  if (!info.ok()) return info.status();
+  const Asked asked{request, gone, *std::move(info)};
+  switch (request.question_case()) {
+    case v1::AskBlockRequest::kExpand:
+      return Expand(asked, response);
+    case v1::AskBlockRequest::kName:
+      return Name(asked, response);
+    case v1::AskBlockRequest::kFind:
+      return Find(asked, response);
+    default:
+      return absl::InvalidArgumentError("a question to a block is to expand, to name or to find");
+  }
+}
+
+absl::Status BlockAnswers::Expand(const Asked& asked, v1::AskBlockResponse& response) {
+  const v1::ExpandQuestion& question = asked.request.expand();
+  std::vector<OrbitSeed> seeds;
+  for (const v1::OrbitSeed& seed : question.seeds()) {
+    if (seed.has_dart()) {
+      seeds.push_back({OrbitSeed::Kind::kDart, DartIndex{seed.dart()}, {}});
+    } else {
+      const bool after = seed.has_after_label();
+      seeds.push_back({after ? OrbitSeed::Kind::kAfterLabel : OrbitSeed::Kind::kLabel,
+                       {},
+                       server::FromWire(after ? seed.after_label() : seed.label())});
+    }
+  }
+  for (uint32_t d : question.darts()) seeds.push_back({OrbitSeed::Kind::kDart, DartIndex{d}, {}});
+  const uint64_t most =
+      question.max_darts() == 0 ? max_darts_ : std::min<uint64_t>(question.max_darts(), max_darts_);
+  OrbitExpander<Block3> expander(question.dimension(), seeds, most);
+  bool begun = false;
+  auto step = [&](Block3& block) -> absl::StatusOr<bool> {
+    if (!begun) {
+      if (absl::Status s = CheckVersion(block, asked.request.version()); !s.ok()) return s;
+    }
+    begun = true;
+    return expander.Step(block, kDartsAStep);
+  };
+  if (absl::Status s = host_->QuerySliced(asked.map(), asked.block(), step, asked.gone); !s.ok()) return s;
+  const OrbitPiece piece = expander.Take();
+  response.set_version(piece.version);
+  v1::ExpandAnswer& answer = *response.mutable_expand();
+  answer.mutable_darts()->Reserve(static_cast<int>(piece.darts.size()));
+  for (DartIndex d : piece.darts) answer.add_darts(d.value);
+  for (const OrbitCrossing& crossing : piece.crossings) {
+    v1::OrbitCrossing& wire = *answer.add_crossings();
+    server::ToWire(crossing.label, *wire.mutable_label());
+    wire.set_after(crossing.kind == OrbitSeed::Kind::kAfterLabel);
+    wire.set_has_peer(crossing.peer.valid());
+    if (crossing.peer.valid()) wire.set_peer(crossing.peer.value);
+  }
+  answer.mutable_not_here()->Add(piece.not_here.begin(), piece.not_here.end());
+  return absl::OkStatus();
+}
+
+absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& response) {
+  const v1::NameQuestion& question = asked.request.name();
+  if (question.dimension() > 3) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a cell of dimension ", question.dimension(), " in a map of dimension 3"));
+  }
+  if (static_cast<uint64_t>(question.darts_size()) > max_darts_) {
+    return absl::ResourceExhaustedError(absl::StrCat(question.darts_size(), " darts in one question, over ",
+                                                     max_darts_, " (--max-query-darts)"));
+  }
+  absl::StatusOr<std::unique_ptr<InitialCells>> initial = InitialCellsOf(asked.map(), asked.info);
+  if (!initial.ok()) return initial.status();
+  std::vector<DartIndex> darts;
+  for (uint32_t d : question.darts()) darts.push_back(DartIndex{d});
+  DartNamer namer(**initial, darts);
+  v1::NameAnswer& answer = *response.mutable_name();
+  uint64_t version = 0;
+  auto step = [&](Block3& block) -> absl::StatusOr<bool> {
+    if (absl::Status s = CheckVersion(block, version == 0 ? asked.request.version() : version); !s.ok())
+      return s;
+    version = block.version();
+    return namer.Step(block, kDartsAStep / 4);
+  };
+  if (absl::Status s = host_->QuerySliced(asked.map(), asked.block(), step, asked.gone); !s.ok()) return s;
+  for (const DartIds& ids : namer.ids()) {
+    for (unsigned i = 0; i < 4; ++i) {
+      if (!question.all() && i != question.dimension()) continue;
+      answer.add_hi(ids[i].hi());
+      answer.add_lo(ids[i].lo());
+    }
+  }
+  response.set_version(version);
+  if (!question.all()) return absl::OkStatus();
+  size_t next = 0;
+  auto describe = [&](Block3& block) -> absl::StatusOr<bool> {
+    if (absl::Status s = CheckVersion(block, version); !s.ok()) return s;
+    auto& map = block.map();
+    for (size_t k = 0; k < kDartsAStep && next < darts.size(); ++k, ++next) {
+      const auto d = DartAt(map, darts[next]);
+      const Point3 p = Frame<Block3>::StartPoint(map, d);
+      answer.mutable_points()->Add(p.begin(), p.end());
+      answer.add_free(map.is_free<3>(d) && !block.IsCritical(d));
+      answer.add_next(IndexOf(map, map.beta<1>(d)).value);
+      answer.add_states(static_cast<uint32_t>(map.info<3>(d).state));
+    }
+    return next == darts.size();
+  };
+  return host_->QuerySliced(asked.map(), asked.block(), describe, asked.gone);
+}
+
+absl::StatusOr<std::shared_ptr<const CellIndex>> BlockAnswers::Index(const Asked& asked) {
+  uint64_t version = 0;
+  absl::Status status = host_->Query(asked.map(), asked.block(), [&](Block3& block) {
+    version = block.version();
+    return CheckVersion(block, asked.request.version());
+  });
+  if (!status.ok()) return status;
+  const std::pair<std::string, uint32_t> key(asked.map(), asked.block());
+  {
+    absl::MutexLock lock(&mutex_);
+    auto it = indexes_.find(key);
+    if (it != indexes_.end() && it->second->version() == version) return it->second;
+  }
+  CellIndexBuilder builder;
+  auto step = [&](Block3& block) { return builder.Step(block, kHexahedraAStep); };
+  if (status = host_->QuerySliced(asked.map(), asked.block(), step, asked.gone); !status.ok()) return status;
+  std::shared_ptr<const CellIndex> index = builder.Build();
+  absl::MutexLock lock(&mutex_);
+  // Those of maps that are here no more go with the next that is made.
+  absl::erase_if(indexes_, [this](const auto& entry) { return !host_->Info(entry.first.first).ok(); });
+  indexes_[key] = index;
+  return index;
+}
+
+absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& response) {
+  absl::StatusOr<std::unique_ptr<InitialCells>> initial = InitialCellsOf(asked.map(), asked.info);
+  if (!initial.ok()) return initial.status();
+  absl::StatusOr<std::shared_ptr<const CellIndex>> index = Index(asked);
+  if (!index.ok()) return index.status();
+  response.set_version((*index)->version());
+  v1::FindAnswer& answer = *response.mutable_find();
+  int next = 0;
+  auto add = [&](DartIndex d, double distance, const CellId& id) {
+    answer.add_anchors(static_cast<uint32_t>(next));
+    answer.add_darts(d.value);
+    answer.add_distances(distance);
+    answer.add_hi(id.hi());
+    answer.add_lo(id.lo());
+  };
+  auto find = [&](Block3& block, const v1::Anchor& anchor) -> absl::Status {
+    auto& map = block.map();
+    if (anchor.has_cell()) {
+      absl::StatusOr<CellId> id = FromWire(anchor.cell());
+      if (!id.ok()) return id.status();
+      const DartIndex d = FindCell(block, **index, **initial, *id);
+      if (d.valid()) add(d, 0, *id);
+    } else if (anchor.has_point() || anchor.has_box()) {
+      absl::StatusOr<Box3> box = BoxOf(anchor);
+      if (!box.ok()) return box.status();
+      for (const CellIndex::Entry* entry : (*index)->Meeting(*box)) add(entry->reference, 0, CellId());
+    } else if (anchor.has_nearest_vertex()) {
+      if (!IsFinite(anchor.nearest_vertex())) return BadPoint(anchor.nearest_vertex());
+      const NearestVertex v = FindNearestVertex(block, **index, **initial, FromWire(anchor.nearest_vertex()));
+      if (v.dart.valid()) add(v.dart, v.distance, v.id);
+    } else if (anchor.at_case() == v1::Anchor::kBlock) {
+      for (auto it = map.darts().begin(); it != map.darts().end(); ++it) {
+        if (static_cast<uint64_t>(answer.darts_size()) > max_darts_) break;
+        add(IndexOf(map, it), 0, CellId());
+      }
+    } else {
+      return absl::InvalidArgumentError("an anchor is a cell, a point, a box, a nearest vertex or a block");
+    }
+    if (static_cast<uint64_t>(answer.darts_size()) > max_darts_) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("more than ", max_darts_, " darts (--max-query-darts)"));
+    }
+    return absl::OkStatus();
+  };
+  auto step = [&](Block3& block) -> absl::StatusOr<bool> {
+    if (block.version() != (*index)->version()) {
+      return absl::AbortedError(absl::StrCat("block ", block.id().value, " changed during the query"));
+    }
+    for (int k = 0; k < 32 && next < asked.request.find().anchors_size(); ++k, ++next) {
+      if (absl::Status s = find(block, asked.request.find().anchors(next)); !s.ok()) return s;
+    }
+    return next == asked.request.find().anchors_size();
+  };
+  return host_->QuerySliced(asked.map(), asked.block(), step, asked.gone);
+}
+
+}  // namespace ndmap::server
