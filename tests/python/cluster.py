@@ -51,7 +51,9 @@ class Cluster:
 
 
 class ClusterTest(unittest.TestCase):
-    """Tests that share a cluster of two block servers, a client, and a folder with a surface, torus.off."""
+    """Tests that share a cluster of some block servers, a client, and a folder with a surface, torus.off."""
+
+    processes = 2
 
     @classmethod
     def setUpClass(cls):
@@ -59,7 +61,7 @@ class ClusterTest(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.torus = os.path.join(cls.folder, "torus.off")
         run_ndmap("sample", "torus", "-o", cls.torus, "--triangles", 2000)
-        cls.cluster = Cluster()
+        cls.cluster = Cluster(cls.processes)
         cls.addClassCleanup(cls.cluster.stop)
         cls.client = ndmap.connect(cls.cluster.address)
         cls.addClassCleanup(cls.client.close)

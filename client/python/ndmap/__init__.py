@@ -14,6 +14,7 @@ Every call has a deadline (ClientOptions); what may be done twice is tried again
 All objects may be used from any thread.
 """
 from ndmap._version import __version__
+from ndmap.anchors import BlockAnchor, BoxAnchor, NearestVertexAnchor, PointAnchor
 from ndmap.client import Client, connect
 from ndmap.darts import Dart, DartInfo, Darts, Walks
 from ndmap.errors import (
@@ -38,16 +39,23 @@ from ndmap.errors import (
 )
 from ndmap.export import Exported
 from ndmap.grid import Grid
+from ndmap.ids import CellId, CellIds
 from ndmap.info import MapInfo, ProcessStats, Server
 from ndmap.job import Job, JobProgress, JobResult, PhaseResult
 from ndmap.map import CheckResult, Map, Stats
+from ndmap.navigate import CellDetails
 from ndmap.options import ClientOptions
 from ndmap.surface import Surface
 
 __all__ = [
     "AbortedError",
     "AlreadyExistsError",
+    "BlockAnchor",
+    "BoxAnchor",
     "CancelledError",
+    "CellDetails",
+    "CellId",
+    "CellIds",
     "CheckResult",
     "Client",
     "ClientOptions",
@@ -70,9 +78,11 @@ __all__ = [
     "MapInfo",
     "MissingPackageError",
     "NdmapError",
+    "NearestVertexAnchor",
     "NotFoundError",
     "OutputError",
     "PhaseResult",
+    "PointAnchor",
     "ProcessStats",
     "ResourceExhaustedError",
     "Server",

@@ -18,7 +18,7 @@ class InvalidArgumentError(NdmapError, ValueError):
 
 
 class NotFoundError(NdmapError, LookupError):
-    """No such map, job, surface, block or dart."""
+    """No such map, job, surface, block, dart or cell."""
 
     code = grpc.StatusCode.NOT_FOUND
 
@@ -68,7 +68,7 @@ class JobCancelledError(CancelledError):
 
 
 class AbortedError(NdmapError):
-    """The work was given up."""
+    """The work was given up; a question, because the map kept changing while it was asked."""
 
     code = grpc.StatusCode.ABORTED
 

@@ -105,3 +105,7 @@ class MapInfo:
         if block not in self.addresses:
             raise NotFoundError(f"map '{self.name}' has no block {block}, it has {self.block_count} blocks")
         return self.addresses[block]
+
+    def servers(self) -> list[str]:
+        """The addresses of the servers that hold a block, each once."""
+        return sorted(set(self.addresses.values()))

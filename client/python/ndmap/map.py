@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map of a cluster: its jobs, its numbers, its pieces, and walks on its darts."""
+"""A map of a cluster: its jobs, its numbers, its pieces, walks on its darts, and questions about its cells."""
 from __future__ import annotations
 
 import math
@@ -10,19 +10,22 @@ from typing import TYPE_CHECKING, Any, Iterable, Sequence
 import numpy as np
 
 from ndmap import export, mesh, walk
+from ndmap.anchors import Anchors, Closures, PointLike
 from ndmap.connection import Connection, server_name
-from ndmap.darts import DartInfo, DartsLike, Walks, Word
+from ndmap.darts import Dart, DartInfo, Darts, DartsLike, Walks, Word
 from ndmap.errors import InvalidArgumentError
+from ndmap.ids import CellIdLike, CellIds
 from ndmap.info import MapInfo, ProcessStats
 from ndmap.job import Job, PhaseResult, ProgressCallback, phase
-from ndmap.v1 import block_service_pb2, common_pb2, coordinator_pb2
+from ndmap.navigate import CellDetails, Navigator
+from ndmap.stats import block_stats
+from ndmap.v1 import common_pb2, coordinator_pb2
 
 if TYPE_CHECKING:
     import meshio
     import vtkmodules.vtkCommonDataModel as vtk
 
 MAX_DEPTH = 31
-_BLOCK_COLUMNS = ("block", "darts", "vertices", "hexahedra", "critical_darts", "accounted_bytes", "version")
 _KEEPS = ("inside", "cut", "inside,cut", "all")
 _ORACLES: dict[str, tuple[str, ...]] = {
     "surface": (),
@@ -193,26 +196,17 @@ class Map:
     def block_stats(self) -> np.ndarray:
         """What every block holds: a structured array, a row a block, with the fields block, darts, vertices,
         hexahedra, critical_darts, accounted_bytes, version. Asks each server once."""
-        rows: list[tuple[int, ...]] = []
-        request = block_service_pb2.GetBlockStatsRequest(map=self.name)
-        for address in self._servers():
-            stub = self._connection.block_server(address)
-            answer = self._connection.idempotent(stub.GetBlockStats, request, server_name(address))
-            rows += [tuple(getattr(block, column) for column in _BLOCK_COLUMNS) for block in answer.blocks]
-        return np.array(sorted(rows), dtype=[(column, np.uint64) for column in _BLOCK_COLUMNS])
+        return block_stats(self._connection, self._info)
 
     def server_stats(self) -> list[ProcessStats]:
         """What the operating system says of each server that holds a block, by address."""
         request = common_pb2.GetProcessStatsRequest()
         result = []
-        for address in self._servers():
+        for address in self._info.servers():
             stub = self._connection.block_server(address)
             answer = self._connection.idempotent(stub.GetProcessStats, request, server_name(address))
             result.append(ProcessStats.from_proto(answer.stats))
         return result
-
-    def _servers(self) -> list[str]:
-        return sorted(set(self._info.addresses.values()))
 
     def any_dart(self, block: int) -> DartInfo:
         """Some dart of a block, for a walk to begin somewhere. NotFoundError if the block is empty."""
@@ -227,6 +221,74 @@ class Map:
         InvalidArgumentError for another letter.
         """
         return walk.beta(self._connection, self._info, darts, word)
+
+    # --- Cells and neighbourhoods, wherever they live ---
+
+    def _navigator(self) -> Navigator:
+        return Navigator(self._connection, self._info)
+
+    def cell(self, cell: CellIdLike) -> CellDetails:
+        """What is known of a cell, by its id ("h12/0.3.7", "v12:5", or a CellId). NotFoundError if the map has no such
+        cell now."""
+        return self._navigator().cell(cell)
+
+    def cells(self, dimension: int, *, max_darts: int = 0) -> CellIds:
+        """The ids of all cells of a dimension, ascending. Asks block by block; where a block is over the limit of darts
+        for one question (the servers', or max_darts), in boxes that are halved as long as needed. AbortedError while a
+        job keeps changing the map."""
+        return self._navigator().cells(dimension, max_darts)
+
+    def locate(self, points: Any) -> list[CellIds]:
+        """For each of n x 3 points the hexahedra that contain it: several on a boundary between them, none outside the
+        mesh. A question a point."""
+        return self._navigator().locate(points)
+
+    def box(self, lo: PointLike, hi: PointLike, *, max_darts: int = 0) -> CellIds:
+        """The hexahedra that the closed box from lo to hi meets, in halves of the box where they are over a limit."""
+        return self._navigator().box(lo, hi, max_darts)
+
+    def nearest_vertex(self, point: PointLike) -> CellDetails:
+        """The vertex nearest to a point, of those equally near the one with the lowest id. NotFoundError if the map is
+        empty."""
+        return self._navigator().nearest_vertex(point)
+
+    def incident(self, cell: CellIdLike, dimension: int) -> CellIds:
+        """The cells of a dimension that a cell has in its boundary, or that have it in theirs."""
+        return self._navigator().incident(cell, dimension)
+
+    def neighbors(self, cell: CellIdLike, through: int | None = None) -> CellIds:
+        """The other cells of the cell's dimension that share a cell of dimension `through` with it: unless given, one
+        dimension below (hexahedra across faces, faces across edges, edges across vertices; vertices along edges)."""
+        return self._navigator().ring(cell, 1, through)
+
+    def ring(self, cell: CellIdLike, k: int, through: int | None = None) -> CellIds:
+        """The cells that k steps to neighbors or fewer lead to, without the cell itself; k is 1 ... 32."""
+        return self._navigator().ring(cell, k, through)
+
+    def orbit(self, of: Dart | DartInfo | CellIdLike, i: int | None = None) -> Darts:
+        """All darts of the i-cell of a dart, in every block. Of a cell: its own darts, or with another i those of all
+        i-cells that its darts belong to. StaleDartError for a dart whose block has changed."""
+        return self._navigator().orbit(of, i)
+
+    def explore(
+        self,
+        anchors: Anchors,
+        close: Closures = "",
+        give: str = "cells",
+        dimension: int = 3,
+        without_anchors: bool = False,
+        *,
+        max_darts: int = 0,
+    ) -> Darts | CellIds | list[CellDetails]:
+        """The general question. Begins with the darts of `anchors` (darts; cells; PointAnchor, BoxAnchor,
+        NearestVertexAnchor, BlockAnchor; or a list of these); adds, for each dimension in `close` ("3,2"), from the
+        first to the last, all darts of the cells of that dimension; and gives "darts" (Darts), "cells" (CellIds) or
+        "details" (a list of CellDetails) of `dimension`, with or without those that the anchors lie in. A cell, point,
+        box or nearest vertex begins with one dart of its cells: close over their dimension first.
+
+        ResourceExhaustedError above max_darts, or the server's limit. One answer is of one version of each block.
+        """
+        return self._navigator().explore(anchors, close, give, dimension, without_anchors, max_darts)
 
     # --- The mesh ---
 
