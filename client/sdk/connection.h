@@ -3,6 +3,8 @@
 // far.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -32,12 +34,15 @@ class Connection {
   // The stub for a block server; versions are exchanged when it is first used. Thread-safe.
   absl::StatusOr<std::shared_ptr<v1::BlockService::Stub>> BlockServer(const std::string& address)
       ABSL_LOCKS_EXCLUDED(mutex_);
+  // 0, 1, 2, ...: to spread questions that any server can answer. Thread-safe.
+  uint32_t NextNumber() { return next_number_.fetch_add(1, std::memory_order_relaxed); }
 
  private:
   const std::string target_;
   const ClientOptions options_;
   const std::string name_;
   std::unique_ptr<v1::Coordinator::Stub> coordinator_;
+  std::atomic<uint32_t> next_number_{0};
   absl::Mutex mutex_;
   absl::flat_hash_map<std::string, std::shared_ptr<v1::BlockService::Stub>> servers_ ABSL_GUARDED_BY(mutex_);
 };

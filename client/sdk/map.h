@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A map of a cluster: its jobs, its numbers, its pieces, and walks on its darts.
+// A map of a cluster: its jobs, its numbers, its pieces, walks on its darts, questions about its cells.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,7 @@
 #include "client/sdk/job.h"
 #include "ndmap/v1/block_service.pb.h"
 #include "ndmap/v1/coordinator.pb.h"
+#include "ndmap/v1/navigate.pb.h"
 
 namespace ndmap {
 
@@ -38,6 +39,8 @@ class MapHandle {
  public:
   // Takes a piece's bytes in order; an error ends the export.
   using ByteSink = absl::FunctionRef<absl::Status(absl::string_view)>;
+  // Takes an answer's parts in order; an error ends the question.
+  using PartSink = absl::FunctionRef<absl::Status(const v1::ExploreResponse&)>;
 
   MapHandle(std::shared_ptr<internal::Connection> connection, v1::Map info)
       : connection_(std::move(connection)), info_(std::make_shared<const v1::Map>(std::move(info))) {}
@@ -67,6 +70,16 @@ class MapHandle {
   absl::StatusOr<std::vector<Walked>> Beta(absl::Span<const v1::DartRef> starts,
                                            absl::Span<const uint8_t> word) const;
 
+  // Asks about cells and their neighbourhoods, wherever they are (explore.h makes the questions,
+  // navigate.proto tells them); the map's name is filled in. One call to one server, which asks the others:
+  // that of the first anchor that is a dart or a block, else each server in turn. The answer is of one
+  // version of each block. RESOURCE_EXHAUSTED above the server's limit of darts, NOT_FOUND for a cell that is
+  // not there, FAILED_PRECONDITION for a stale dart. Tried again when a server does not answer.
+  absl::StatusOr<v1::ExploreResponse> Explore(const v1::ExploreRequest& request) const;
+  // The same part by part, for answers that need not be held at once; the first part is taken even if it is
+  // empty. Tried again only as long as nothing was taken.
+  absl::Status Explore(const v1::ExploreRequest& request, PartSink take) const;
+
   // Streams one block's piece, as written by the block's own server, and compares its checksum. `options` go
   // to the piece's writer ("cells": "polyhedron"). Not tried again: the sink may hold half a piece.
   absl::StatusOr<v1::ExportSummary> ExportPiece(
@@ -85,6 +98,7 @@ class MapHandle {
   // Moves a walker that stands at a crossing to the block that holds the label.
   absl::Status Cross(Walker& walker, const v1::BetaResult& at) const;
   absl::StatusOr<bool> HasLabel(uint32_t block, const v1::Label& label) const;
+  absl::Status ExploreOnce(const v1::ExploreRequest& request, PartSink take) const;
 
   std::shared_ptr<internal::Connection> connection_;
   std::shared_ptr<const v1::Map> info_;
