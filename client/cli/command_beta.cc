@@ -3,28 +3,12 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
+#include "client/cli/cell_report.h"
 #include "client/cli/context.h"
 #include "client/cli/text.h"
 
 namespace ndmap::cli {
 namespace {
-
-Json DartAsJson(const v1::DartInfo& dart) {
-  return {{"dart", absl::StrCat(dart.dart().block(), ":", dart.dart().dart())},
-          {"block", dart.dart().block()},
-          {"index", dart.dart().dart()},
-          {"version", dart.dart().version()},
-          {"point", {dart.x(), dart.y(), dart.z()}},
-          {"hexahedron", dart.cell()},
-          {"level", dart.level()},
-          {"critical", dart.critical()}};
-}
-
-std::string DartAsText(const v1::DartInfo& dart) {
-  return absl::StrFormat("%d:%d at (%g, %g, %g) of %s%s", dart.dart().block(), dart.dart().dart(), dart.x(),
-                         dart.y(), dart.z(), dart.cell(), dart.critical() ? ", critical" : "");
-}
 
 struct Step {
   Walked walked;

@@ -13,13 +13,6 @@
 namespace ndmap::cli {
 namespace {
 
-// The map that a command is about.
-absl::StatusOr<MapHandle> OpenMap(const Context& context, const std::string& name) {
-  absl::StatusOr<Client> client = context.Connect();
-  if (!client.ok()) return client.status();
-  return client->OpenMap(name);
-}
-
 // A command with one argument, the map's name.
 CLI::App* AddMapCommand(CLI::App& app, const char* name, const char* what, const char* example,
                         std::string* map) {
@@ -107,7 +100,7 @@ absl::StatusOr<std::vector<std::pair<std::string, std::string>>> OracleParameter
 absl::StatusOr<int> Refine(Context& context, const RefineOptions& options) {
   auto parameters = OracleParameters(options);
   if (!parameters.ok()) return parameters.status();
-  absl::StatusOr<MapHandle> map = OpenMap(context, options.map);
+  absl::StatusOr<MapHandle> map = context.OpenMap(options.map);
   if (!map.ok()) return map.status();
   absl::StatusOr<JobHandle> job =
       map->StartJob("refine", RefinePhases(options.depth, options.async, *parameters));
@@ -160,7 +153,7 @@ void AddTrim(CLI::App& app, Action& action) {
   AddKeepOption(command, &options->keep);
   command->callback([&action, options] {
     action = [options](Context& context) -> absl::StatusOr<int> {
-      absl::StatusOr<MapHandle> map = OpenMap(context, options->map);
+      absl::StatusOr<MapHandle> map = context.OpenMap(options->map);
       if (!map.ok()) return map.status();
       return PrintJob(context, RunJob(context, *map, "trim",
                                       {MakePhase("classify"), MakePhase("trim", {{"keep", options->keep}})}));
@@ -175,7 +168,7 @@ void AddCheck(CLI::App& app, Action& action) {
                     "ndmap check bunny", name.get());
   command->callback([&action, name] {
     action = [name](Context& context) -> absl::StatusOr<int> {
-      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      absl::StatusOr<MapHandle> map = context.OpenMap(*name);
       if (!map.ok()) return map.status();
       absl::StatusOr<v1::Job> job = RunJob(context, *map, "check", {MakePhase("check")});
       if (!job.ok()) return job.status();
@@ -190,7 +183,7 @@ void AddHash(CLI::App& app, Action& action) {
                                     "ndmap hash bunny", name.get());
   command->callback([&action, name] {
     action = [name](Context& context) -> absl::StatusOr<int> {
-      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      absl::StatusOr<MapHandle> map = context.OpenMap(*name);
       if (!map.ok()) return map.status();
       absl::StatusOr<v1::Job> job = RunJob(context, *map, "hash", {MakePhase("hash")});
       if (!job.ok()) return job.status();
@@ -206,7 +199,7 @@ void AddStats(CLI::App& app, Action& action) {
                                     "ndmap stats bunny --json", name.get());
   command->callback([&action, name] {
     action = [name](Context& context) -> absl::StatusOr<int> {
-      absl::StatusOr<MapHandle> map = OpenMap(context, *name);
+      absl::StatusOr<MapHandle> map = context.OpenMap(*name);
       if (!map.ok()) return map.status();
       absl::StatusOr<v1::Job> job = RunJob(context, *map, "count", {MakePhase("count")});
       if (!job.ok()) return job.status();

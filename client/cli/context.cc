@@ -21,6 +21,12 @@ absl::StatusOr<Client> Context::Connect() const {
   return Client::Connect(coordinator);
 }
 
+absl::StatusOr<MapHandle> Context::OpenMap(const std::string& name) const {
+  absl::StatusOr<Client> client = Connect();
+  if (!client.ok()) return client.status();
+  return client->OpenMap(name);
+}
+
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& what,
                      const std::string& example) {
   CLI::App* command = app.add_subcommand(name, what);

@@ -28,6 +28,8 @@ struct Context {
   void Print(const Json& object, const std::string& text) const;
   // The cluster that the user named.
   absl::StatusOr<Client> Connect() const;
+  // A map of it.
+  absl::StatusOr<MapHandle> OpenMap(const std::string& name) const;
 };
 
 // What the user asked for: 0 if it was done, another exit code if it was done and the answer is no (an
@@ -41,6 +43,9 @@ void AddSampleCommand(CLI::App& app, Action& action);
 void AddMapCommands(CLI::App& app, Action& action);
 void AddJobCommands(CLI::App& app, Action& action);
 void AddBetaCommand(CLI::App& app, Action& action);
+void AddCellCommands(CLI::App& app, Action& action);
+void AddWalkCommand(CLI::App& app, Action& action);
+void AddCompletionCommand(CLI::App& app, Action& action);
 void AddVersionCommand(CLI::App& app, Action& action);
 
 // A subcommand with an example below its help.

@@ -48,8 +48,11 @@ int Main(int argc, char** argv) {
   AddMapCommands(app, action);
   AddJobCommands(app, action);
   AddBetaCommand(app, action);
+  AddCellCommands(app, action);
+  AddWalkCommand(app, action);
   AddSampleCommand(app, action);
   AddVersionCommand(app, action);
+  AddCompletionCommand(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

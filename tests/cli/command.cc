@@ -7,6 +7,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -42,7 +43,7 @@ int Outcome::error_lines() const { return static_cast<int>(std::count(err.begin(
 
 nlohmann::json Outcome::json() const { return nlohmann::json::parse(out, nullptr, false); }
 
-Command::Command(const std::vector<std::string>& arguments) {
+Command::Command(const std::vector<std::string>& arguments, int input) {
   std::string program = NDMAP_PROGRAM;
   std::vector<char*> argv = {program.data()};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -52,6 +53,7 @@ Command::Command(const std::vector<std::string>& arguments) {
   outcome_.seconds = Now();
   pid_ = fork();
   if (pid_ == 0) {
+    if (input >= 0) dup2(input, STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     dup2(err[1], STDERR_FILENO);
     fcntl(life[1], F_SETFD, 0);
@@ -132,6 +134,15 @@ std::string CoordinatorOf(const Command& up) {
 }
 
 Outcome Ndmap(const std::vector<std::string>& arguments) { return Command(arguments).Finish(); }
+
+Outcome NdmapWithInput(const std::vector<std::string>& arguments, const std::string& input) {
+  const int file = memfd_create("input", MFD_CLOEXEC);
+  if (write(file, input.data(), input.size()) != static_cast<ssize_t>(input.size())) abort();
+  lseek(file, 0, SEEK_SET);
+  const Outcome outcome = Command(arguments, file).Finish();
+  close(file);
+  return outcome;
+}
 
 int FreePort() {
   int port = 0;

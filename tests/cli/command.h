@@ -25,7 +25,8 @@ struct Outcome {
 // A process under test. The destructor kills it.
 class Command {
  public:
-  explicit Command(const std::vector<std::string>& arguments);
+  // With `input` that descriptor is its standard input.
+  explicit Command(const std::vector<std::string>& arguments, int input = -1);
   ~Command();
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
@@ -61,6 +62,8 @@ class Command {
 std::string CoordinatorOf(const Command& up);
 
 Outcome Ndmap(const std::vector<std::string>& arguments);
+// With this on standard input, from a file.
+Outcome NdmapWithInput(const std::vector<std::string>& arguments, const std::string& input);
 
 // A port of the loopback interface that was free a moment ago.
 int FreePort();

@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{
             "NegativeDepth", {"run", "SURFACE", "--depth", "-1"}, "'-1' is not a whole number from 0 to 29"},
         WrongUse{"DepthAboveLimit", {"run", "SURFACE", "--depth", "30"}, "ids of cells hold 29 levels"},
-        WrongUse{"SizeAboveLimit", {"run", "SURFACE", "--size", "1e-30"}, "31"},
+        WrongUse{"SizeAboveLimit", {"run", "SURFACE", "--size", "1e-30"}, "29 levels"},
         WrongUse{"BadSize", {"run", "SURFACE", "--size", "0"}, "'0' is not a number above 0"},
         WrongUse{
             "GridAndCubes", {"run", "SURFACE", "--grid", "2x2x2", "--cubes", "3"}, "--grid excludes --cubes"},
@@ -99,12 +99,36 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{"ParameterOfAnotherOracle",
                  {"refine", "m", "--radius", "1"},
                  "--radius is not for --oracle surface"},
+        WrongUse{"BadCell", {"cell", "m", "h1/9"}, "expected the id of a cell"},
+        WrongUse{"BadCellOfARing", {"ring", "m", "12", "1"}, "'12'"},
+        WrongUse{"BadPoint", {"locate", "m", "1,2"}, "'1,2' is not a point: three finite numbers"},
+        WrongUse{"PointThatIsNaN", {"locate", "m", "0,0,0", "1,2,nan"}, "'1,2,nan' is not a point"},
+        WrongUse{"HugePoint", {"nearest", "m", "1e999,0,0"}, "'1e999,0,0' is not a point"},
+        WrongUse{"NoPoint", {"locate", "m"}, "POINT is required"},
+        WrongUse{"OneCorner", {"box", "m", "0,0,0"}, "POINT"},
+        WrongUse{"BoxUpsideDown", {"box", "m", "0,1,0", "1,0,1"}, "must not be above the second"},
+        WrongUse{"NegativeRing", {"ring", "m", "h1", "-1"}, "'-1' is not a whole number from 1 to 32"},
+        WrongUse{"HugeRing", {"ring", "m", "h1", "99999999999"}, "'99999999999' is not a whole number"},
+        WrongUse{"ThroughItself",
+                 {"neighbors", "m", "h1", "--through", "3"},
+                 "h1 is of dimension 3 itself, expected another one"},
+        WrongUse{"BadThrough", {"neighbors", "m", "h1", "--through", "4"}, "'4' is not a whole number"},
+        WrongUse{"BadDimension", {"incident", "m", "h1", "--dim", "-1"}, "'-1' is not a whole number"},
+        WrongUse{"NoDimension", {"orbit", "m", "0:1"}, "--cell-dimension is required"},
+        WrongUse{"BadOrbitDart", {"orbit", "m", "0:x", "-i", "0"}, "'0:x' is not a dart"},
+        WrongUse{"NegativeDart", {"orbit", "m", "0:-1", "-i", "0"}, "'0:-1' is not a dart"},
+        WrongUse{"BadForm", {"cell", "m", "h1", "-o", "xml"}, "'xml' is none of table, json, csv"},
+        WrongUse{"TwoForms", {"cell", "m", "h1", "-o", "csv", "--json"}, "--json contradicts -o csv"},
+        WrongUse{"BadStart", {"walk", "m", "nowhere"}, "'nowhere'"},
+        WrongUse{"BadShell", {"completion", "fish"}, "'fish' is none of bash, zsh"},
         WrongUse{"BadPort", {"up", "--port", "70000"}, "'70000'"}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Usage, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"run", "up", "create", "refine", "trim", "stats", "check", "hash", "export",
-                              "delete", "maps", "jobs", "watch", "cancel", "version", "beta", "sample"}) {
+  for (const char* command : {"run",     "up",     "create", "refine",  "trim",  "stats",     "check",
+                              "hash",    "export", "delete", "maps",    "jobs",  "watch",     "cancel",
+                              "version", "beta",   "sample", "cell",    "orbit", "incident",  "neighbors",
+                              "ring",    "locate", "box",    "nearest", "walk",  "completion"}) {
     const Outcome outcome = Ndmap({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr(std::string("Example: ndmap ") + command)) << command;

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Completion scripts, read by the shells that they are for.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "tests/cli/command.h"
+
+namespace ndmap::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class CompletionTest : public ::testing::Test {
+ protected:
+  std::string Script(const std::string& shell) {
+    const Outcome outcome = Ndmap({"completion", shell});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::string path = folder_ / shell;
+    std::ofstream(path) << outcome.out;
+    return path;
+  }
+  // What a shell command prints.
+  static std::string Shell(const std::string& command) {
+    std::FILE* pipe = popen(command.c_str(), "r");
+    std::string text;
+    for (int c = 0; (c = std::fgetc(pipe)) != EOF;) text.push_back(static_cast<char>(c));
+    EXPECT_EQ(pclose(pipe), 0) << command;
+    return text;
+  }
+  // What bash proposes after these words.
+  std::string Proposed(const std::string& words, int last) {
+    return Shell("bash -c '. " + Script("bash") + "; COMP_WORDS=(" + words +
+                 "); COMP_CWORD=" + std::to_string(last) + "; _ndmap; echo \" ${COMPREPLY[*]} \"'");
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(CompletionTest, BashReadsIts) {
+  EXPECT_EQ(Shell("bash -n " + Script("bash") + " 2>&1"), "");
+  EXPECT_EQ(Proposed("ndmap nei", 1), " neighbors \n");
+  EXPECT_THAT(Proposed("ndmap r", 1), HasSubstr(" run "));
+  EXPECT_THAT(Proposed("ndmap r", 1), HasSubstr(" ring "));
+  EXPECT_EQ(Proposed("ndmap --coordinator there ring m h1 1 --thr", 7), " --through \n");
+  EXPECT_THAT(Proposed("ndmap refine --", 2), HasSubstr(" --oracle "));
+  EXPECT_THAT(Proposed("ndmap refine --", 2), HasSubstr(" --json "));
+  EXPECT_THAT(Proposed("ndmap refine --", 2), Not(HasSubstr(" --through ")));
+  EXPECT_EQ(Proposed("ndmap run tor", 2), "  \n");
+}
+
+TEST_F(CompletionTest, ZshReadsIts) {
+  const std::string script = Script("zsh");
+  EXPECT_THAT(Shell("cat " + script), HasSubstr("'ring:the cells at most K steps away from a cell'"));
+  // Its quotes and brackets are of the kind that bash reads, too, where there is no zsh.
+  EXPECT_EQ(Shell("bash -n " + script + " 2>&1"), "");
+  EXPECT_EQ(Shell("if command -v zsh >/dev/null; then zsh -n " + script + " 2>&1; fi"), "");
+}
+
+}  // namespace
+}  // namespace ndmap::testing
