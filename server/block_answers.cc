@@ -93,8 +93,10 @@ absl::Status BlockAnswers::Answer(const v1::AskBlockRequest& request, const std:
       return Name(asked, response);
     case v1::AskBlockRequest::kFind:
       return Find(asked, response);
+    case v1::AskBlockRequest::kResolve:
+      return Resolve(asked, response);
     default:
-      return absl::InvalidArgumentError("a question to a block is to expand, to name or to find");
+      return absl::InvalidArgumentError("a question to a block is to expand, to name, to find or to resolve");
   }
 }
 
@@ -212,6 +214,29 @@ absl::StatusOr<std::shared_ptr<const CellIndex>> BlockAnswers::Index(const Asked
   absl::erase_if(indexes_, [this](const auto& entry) { return !host_->Info(entry.first.first).ok(); });
   indexes_[key] = index;
   return index;
+}
+
+absl::Status BlockAnswers::Resolve(const Asked& asked, v1::AskBlockResponse& response) {
+  const v1::ResolveQuestion& question = asked.request.resolve();
+  if (question.roots_size() != question.paths_size() ||
+      static_cast<uint64_t>(question.roots_size()) > max_darts_) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(question.roots_size(), " roots and ", question.paths_size(),
+                     " paths of labels, expected as many, and at most ", max_darts_, " (--max-query-darts)"));
+  }
+  v1::ResolveAnswer& answer = *response.mutable_resolve();
+  auto step = [&](Block3& block) -> absl::StatusOr<bool> {
+    const uint64_t version = response.version() == 0 ? asked.request.version() : response.version();
+    if (absl::Status s = CheckVersion(block, version); !s.ok()) return s;
+    response.set_version(block.version());
+    for (size_t k = 0; k < kDartsAStep && answer.darts_size() < question.roots_size(); ++k) {
+      const int i = answer.darts_size();
+      const auto d = block.Find({question.roots(i), question.paths(i)});
+      answer.add_darts(d == Block3::Lcc::null_handle ? DartIndex::kNone : IndexOf(block.map(), d).value);
+    }
+    return answer.darts_size() == question.roots_size();
+  };
+  return host_->QuerySliced(asked.map(), asked.block(), step, asked.gone);
 }
 
 absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& response) {

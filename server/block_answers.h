@@ -33,6 +33,7 @@ class BlockAnswers {
   absl::Status Expand(const Asked& asked, v1::AskBlockResponse& response);
   absl::Status Name(const Asked& asked, v1::AskBlockResponse& response);
   absl::Status Find(const Asked& asked, v1::AskBlockResponse& response);
+  absl::Status Resolve(const Asked& asked, v1::AskBlockResponse& response);
   // Of the block as it is now: kept until the block changes. O(block) when it has changed.
   absl::StatusOr<std::shared_ptr<const CellIndex>> Index(const Asked& asked);
 

@@ -44,6 +44,12 @@ grpc::Status BlockServiceImpl::Explore(grpc::ServerContext* context, const v1::E
       [writer](const v1::ExploreResponse& part) { return writer->Write(part); }));
 }
 
+grpc::Status BlockServiceImpl::FetchCells(grpc::ServerContext* context, const v1::FetchCellsRequest* request,
+                                          v1::FetchCellsResponse* response) {
+  return ToGrpc(explorer_.FetchCells(
+      *request, [context] { return context->IsCancelled(); }, *response));
+}
+
 grpc::Status BlockServiceImpl::AskBlock(grpc::ServerContext* context, const v1::AskBlockRequest* request,
                                         v1::AskBlockResponse* response) {
   return ToGrpc(explorer_.answers().Answer(

@@ -44,6 +44,8 @@ class BlockServiceImpl final
   grpc::Status Beta(grpc::ServerContext*, const v1::BetaRequest*, v1::BetaResponse*) override;
   grpc::Status Explore(grpc::ServerContext*, const v1::ExploreRequest*,
                        grpc::ServerWriter<v1::ExploreResponse>*) override;
+  grpc::Status FetchCells(grpc::ServerContext*, const v1::FetchCellsRequest*,
+                          v1::FetchCellsResponse*) override;
   grpc::Status AskBlock(grpc::ServerContext*, const v1::AskBlockRequest*, v1::AskBlockResponse*) override;
   grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
                              v1::GetBlockStatsResponse*) override;

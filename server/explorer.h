@@ -29,6 +29,10 @@ class Explorer {
   absl::Status Explore(const v1::ExploreRequest& request, const std::function<bool()>& gone,
                        const std::function<bool(const v1::ExploreResponse&)>& write);
 
+  // The chunk of hexahedra around a dart of a block here, with the partners of its critical darts.
+  absl::Status FetchCells(const v1::FetchCellsRequest& request, const std::function<bool()>& gone,
+                          v1::FetchCellsResponse& response);
+
   BlockAnswers& answers() { return answers_; }
 
  private:

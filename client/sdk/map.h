@@ -79,6 +79,8 @@ class MapHandle {
   // The same part by part, for answers that need not be held at once; the first part is taken even if it is
   // empty. Tried again only as long as nothing was taken.
   absl::Status Explore(const v1::ExploreRequest& request, PartSink take) const;
+  // The chunk of hexahedra around a dart, with all links: what a Navigator (navigator.h) keeps.
+  absl::StatusOr<v1::FetchCellsResponse> FetchCells(const v1::FetchCellsRequest& request) const;
 
   // Streams one block's piece, as written by the block's own server, and compares its checksum. `options` go
   // to the piece's writer ("cells": "polyhedron"). Not tried again: the sink may hold half a piece.

@@ -41,6 +41,19 @@ absl::StatusOr<v1::BetaResponse> MapHandle::BetaInBlock(const v1::BetaRequest& r
   return response;
 }
 
+absl::StatusOr<v1::FetchCellsResponse> MapHandle::FetchCells(const v1::FetchCellsRequest& request) const {
+  absl::StatusOr<std::string> address = AddressOf(request.dart().block());
+  if (!address.ok()) return address.status();
+  auto server = connection_->BlockServer(*address);
+  if (!server.ok()) return server.status();
+  v1::FetchCellsResponse response;
+  absl::Status status =
+      internal::CallIdempotent(**server, &v1::BlockService::Stub::FetchCells, request, &response,
+                               connection_->options(), internal::ServerName(*address));
+  if (!status.ok()) return status;
+  return response;
+}
+
 absl::StatusOr<v1::DartInfo> MapHandle::AnyDart(uint32_t block) const {
   v1::BetaRequest request;
   request.set_map(name());
