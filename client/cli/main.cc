@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "client/cli/context.h"
@@ -25,6 +27,16 @@ std::string NameOf(const CLI::App& app) {
 int Fail(const std::string& who, absl::string_view what, int code) {
   std::fprintf(stderr, "%s: %s\n", who.c_str(), absl::StrReplaceAll(what, {{"\n", " "}}).c_str());
   return code;
+}
+
+// "-.5,0,0" is a point and not an option, which the parser sees by the digit that we put in: "-0.5,0,0".
+std::vector<std::string> WithDigits(int argc, char** argv) {
+  std::vector<std::string> arguments(argv, argv + argc);
+  for (std::string& argument : arguments) {
+    if (argument.size() > 2 && argument.compare(0, 2, "-.") == 0 && absl::ascii_isdigit(argument[2]))
+      argument.insert(1, "0");
+  }
+  return arguments;
 }
 
 int Main(int argc, char** argv) {
@@ -53,8 +65,11 @@ int Main(int argc, char** argv) {
   AddSampleCommand(app, action);
   AddVersionCommand(app, action);
   AddCompletionCommand(app, action);
+  const std::vector<std::string> arguments = WithDigits(argc, argv);
+  std::vector<const char*> pointers;
+  for (const std::string& argument : arguments) pointers.push_back(argument.c_str());
   try {
-    app.parse(argc, argv);
+    app.parse(argc, pointers.data());
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
   } catch (const CLI::CallForAllHelp& help) {

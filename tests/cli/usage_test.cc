@@ -104,6 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{"BadPoint", {"locate", "m", "1,2"}, "'1,2' is not a point: three finite numbers"},
         WrongUse{"PointThatIsNaN", {"locate", "m", "0,0,0", "1,2,nan"}, "'1,2,nan' is not a point"},
         WrongUse{"HugePoint", {"nearest", "m", "1e999,0,0"}, "'1e999,0,0' is not a point"},
+        WrongUse{"NegativePointWithoutADigit", {"locate", "m", "-.5,-.5,0"}, "no coordinator"},
         WrongUse{"NoPoint", {"locate", "m"}, "POINT is required"},
         WrongUse{"OneCorner", {"box", "m", "0,0,0"}, "POINT"},
         WrongUse{"BoxUpsideDown", {"box", "m", "0,1,0", "1,0,1"}, "must not be above the second"},
