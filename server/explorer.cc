@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/cell_details.h"
 
@@ -15,9 +16,17 @@ namespace {
 constexpr int kMaxAnchors = 1 << 16;
 constexpr int kMaxClosures = 64;
 constexpr int kAttempts = 4;
+constexpr char kLimitFlag[] = "--max-query-darts";
 // Cells or darts in a part of an answer: some hundred kilobytes.
 constexpr size_t kPart = 1 << 15;
 constexpr size_t kDetailsPart = 1 << 10;
+
+// Names the limit, which core does not know by its flag.
+absl::Status WithLimit(const absl::Status& status) {
+  if (!absl::IsResourceExhausted(status) || absl::StrContains(status.message(), kLimitFlag)) return status;
+  return absl::ResourceExhaustedError(
+      absl::StrCat(status.message(), " (max_darts of the question, ", kLimitFlag, " of the server)"));
+}
 
 absl::Status CheckRequest(const v1::ExploreRequest& request) {
   if (request.anchors_size() < 1 || request.anchors_size() > kMaxAnchors) {
@@ -269,7 +278,7 @@ absl::Status Explorer::Explore(const v1::ExploreRequest& request, const std::fun
         absl::IsAborted(parts.status()) || (absl::IsFailedPrecondition(parts.status()) && !names_version);
     if (!changed) break;
   }
-  if (!parts.ok()) return parts.status();
+  if (!parts.ok()) return WithLimit(parts.status());
   for (const v1::ExploreResponse& part : *parts) {
     if (!write(part)) return absl::CancelledError("the caller has gone");
   }

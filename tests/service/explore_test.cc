@@ -271,6 +271,15 @@ TEST_F(ExploreTest, PlacesAreFound) {
   }
 }
 
+TEST_F(ExploreTest, ASharedCellIsFoundUnderTheNameOfAnyHexahedronThatHasIt) {
+  Make("m", 8);
+  const CellId middle = CellId::Parse("v0:7").value();
+  for (const char* text : {"v0:7", "v7:0", "v1:6", "v2:5", "v7/0.0:0"}) {
+    const CellId alias = CellId::Parse(text).value();
+    EXPECT_EQ(MustAskIds(Question("m", alias, {0}, 0)), Ids{middle}) << text;
+  }
+}
+
 TEST_F(ExploreTest, WrongQuestionsAreTypedErrors) {
   Make("m", 2);
   const v1::ExploreRequest good = Question("m", CellId::Initial(1), {3}, 3);
@@ -325,6 +334,7 @@ TEST_F(ExploreTest, WrongQuestionsAreTypedErrors) {
             Code::INVALID_ARGUMENT);
   EXPECT_EQ(changed([](auto& r) { r.set_max_darts(3); }), Code::RESOURCE_EXHAUSTED);
   EXPECT_THAT(message_, HasSubstr("3 darts"));
+  EXPECT_THAT(message_, HasSubstr("--max-query-darts"));
   EXPECT_EQ(changed([](auto& r) { r.mutable_anchors(0)->set_block(2); }), Code::NOT_FOUND);
   EXPECT_EQ(changed(dart(7, 0, 0)), Code::NOT_FOUND);
   EXPECT_EQ(changed(dart(1, 4000000000u, 0)), Code::NOT_FOUND);
