@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/build/build.h"
 #include "core/algorithm/registry.h"
+#include "core/geometry/surface_caches.h"
 #include "core/io/sample_surface.h"
 #include "core/io/surface_reader.h"
 
@@ -20,6 +21,9 @@ namespace {
 using ndmap::BlockAlgorithm;
 using ndmap::BlockId;
 using ndmap::Message;
+
+// Steps a call: nobody waits for a turn here.
+constexpr size_t kBudget = 1 << 20;
 
 double Cpu(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
 
@@ -54,7 +58,9 @@ class Queues final : public ndmap::Outbox {
 absl::StatusOr<ndmap::Report> RunPhase(std::vector<std::unique_ptr<BlockAlgorithm>>& algorithms,
                                        Queues& queues) {
   for (auto& a : algorithms) {
-    if (auto s = a->Start(); !s.ok()) return s;
+    absl::StatusOr<bool> started = false;
+    while (started.ok() && !*started) started = a->Start(kBudget);
+    if (!started.ok()) return started.status();
   }
   for (bool busy = true; busy;) {
     busy = false;
@@ -70,12 +76,14 @@ absl::StatusOr<ndmap::Report> RunPhase(std::vector<std::unique_ptr<BlockAlgorith
       }
       if (!algorithms[b]->HasWork()) continue;
       busy = true;
-      if (auto s = algorithms[b]->Work(1 << 20, queues); !s.ok()) return s.status();
+      if (auto s = algorithms[b]->Work(kBudget, queues); !s.ok()) return s.status();
     }
   }
   ndmap::Report report;
   for (auto& a : algorithms) {
-    if (auto s = a->Finish(); !s.ok()) return s;
+    absl::StatusOr<bool> finished = false;
+    while (finished.ok() && !*finished) finished = a->Finish(kBudget);
+    if (!finished.ok()) return finished.status();
     report.Merge(a->report());
   }
   return report;
@@ -131,11 +139,12 @@ absl::Status Main(const std::string& path, const std::string& grid_text, uint32_
   auto assignment = ndmap::MakeAssignment(*grid, blocks, partition, shared.get(), depth);
   if (!assignment.ok()) return assignment.status();
   Job job;
+  auto parity = std::make_shared<ndmap::ParityCache>();
   for (uint32_t b = 0; b < blocks; ++b) {
     job.blocks.push_back(std::make_unique<ndmap::Block3>(BlockId{b}));
     job.environments.push_back({BlockId{b}, blocks,
                                 broadcast ? ndmap::Routing::kBroadcast : ndmap::Routing::kDirect, shared,
-                                std::make_shared<ndmap::IndexCache>()});
+                                std::make_shared<ndmap::IndexCache>(), parity});
   }
   job.queues = std::make_unique<Queues>(blocks);
   std::cout << "[\n";

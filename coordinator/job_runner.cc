@@ -9,6 +9,7 @@
 #include "absl/strings/str_join.h"
 #include "coordinator/phase_result.h"
 #include "coordinator/quiescence.h"
+#include "service/guarded.h"
 #include "service/surface_transfer.h"
 
 namespace ndmap::coordinator {
@@ -22,6 +23,8 @@ constexpr uint32_t kPollMilliseconds = 50;
 // Between waves when all blocks are idle but messages are under way: doubled up to the last.
 constexpr absl::Duration kFirstPause = absl::Microseconds(200);
 constexpr absl::Duration kLastPause = absl::Milliseconds(50);
+// A server that gets a phase ready answers a cancel at once.
+constexpr absl::Duration kCancelDeadline = absl::Seconds(1);
 
 }  // namespace
 
@@ -59,7 +62,11 @@ void JobRunner::Begin(const v1::Job& job, bool create) {
       threads_.erase(number);
     }
     ended_.clear();
-    if (!stopping_) threads_[job.job()] = std::thread([this, job, create] { RunJob(job, create); });
+    absl::Status begun = service::Guarded([&]() -> absl::Status {
+      if (!stopping_) threads_[job.job()] = std::thread([this, job, create] { RunJob(job, create); });
+      return absl::OkStatus();
+    });
+    if (!begun.ok()) state_->EndJob(job.job(), begun, false, false);
   }
   for (std::thread& thread : over) thread.join();
 }
@@ -109,12 +116,17 @@ void JobRunner::DropMap(const v1::Map& map) {
 }
 
 void JobRunner::RunJob(const v1::Job& job, bool create) {
-  Run run;
-  run.job = job;
-  run.create = create;
-  run.watch = [this](const Target& target) { return Watched(target); };
   bool cancelled = false;
-  absl::Status status = RunPhases(run, &cancelled);
+  bool changed = false;
+  const absl::Status status = service::Guarded([&]() -> absl::Status {
+    Run run;
+    run.job = job;
+    run.create = create;
+    run.watch = [this](const Target& target) { return Watched(target); };
+    absl::Status over = service::Guarded([&] { return RunPhases(run, &cancelled); });
+    changed = run.changed;
+    return over;
+  });
   if (status.ok()) {
     spdlog::info("job {} ({}) of map \"{}\" {}", job.job(), job.kind(), job.map(),
                  cancelled ? "cancelled" : "done");
@@ -122,9 +134,12 @@ void JobRunner::RunJob(const v1::Job& job, bool create) {
     spdlog::warn("job {} ({}) of map \"{}\" failed: {}", job.job(), job.kind(), job.map(),
                  std::string(status.message()));
   }
-  state_->EndJob(job.job(), status, cancelled, run.changed);
-  absl::MutexLock lock(&mutex_);
-  ended_.push_back(job.job());
+  service::Guarded([&]() -> absl::Status {
+    state_->EndJob(job.job(), status, cancelled, changed);
+    absl::MutexLock lock(&mutex_);
+    ended_.push_back(job.job());
+    return absl::OkStatus();
+  }).IgnoreError();
 }
 
 absl::Status JobRunner::RunPhases(Run& run, bool* cancelled) {
@@ -210,8 +225,21 @@ absl::Status JobRunner::RunPhase(Run& run, uint32_t index, v1::PhaseResult& resu
   *start.mutable_phase() = result.phase();
   *start.mutable_placement() = run.map.blocks();
   std::vector<v1::StartPhaseResponse> started;
+  // Getting ready may take long; a server that has not begun to does not know the phase yet, and is told
+  // again.
+  const Watch watch = [this, &run, &key](const Target& target) {
+    if (state_->CancelRequested(run.job.job())) {
+      v1::CancelPhaseRequest cancel;
+      *cancel.mutable_key() = key;
+      v1::CancelPhaseResponse response;
+      grpc::ClientContext context;
+      context.set_deadline(absl::ToChronoTime(absl::Now() + kCancelDeadline));
+      target.stub->CancelPhase(&context, cancel, &response);
+    }
+    return run.watch(target);
+  };
   absl::Status status = CallAll<v1::StartPhaseRequest, v1::StartPhaseResponse>(
-      run.targets, run.ForAll(start), &started, &Async::StartPhase, run.watch);
+      run.targets, run.ForAll(start), &started, &Async::StartPhase, watch);
   if (!status.ok()) return status;
 
   // Until now algorithms were only made: a wrong parameter harms nothing.

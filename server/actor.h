@@ -2,11 +2,16 @@
 // A block as an actor: one thread at a time runs it, in slices of some milliseconds. Between slices' steps it
 // answers queries, so that nobody waits longer than tens of milliseconds for one, or for a cancel. It knows
 // no map and no gRPC: the block is reached through the algorithm and through closures.
+//
+// Whatever is asked of it is answered exactly once: when its turn comes, or with an error when it never will
+// because the actor was closed or its pool has stopped. So a caller may wait for the answer, and what the
+// closures refer to may live on the caller's stack.
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <vector>
 
@@ -44,31 +49,41 @@ class BlockActor final : public Runnable, public std::enable_shared_from_this<Bl
     absl::Duration slice = absl::Milliseconds(5);
     // Own work rests while more than this is on its way to any one destination.
     uint64_t outstanding_limit = 8 << 20;
-    // The block's accounted bytes, called between slices' steps; may be empty.
+    // The block's accounted bytes, called between slices' steps; may be empty. What it holds (the block)
+    // lives as long as the actor, whose last slice may end after its map was deleted.
     std::function<uint64_t()> accounted_bytes;
     // Called when the block turns idle or fails, on a worker thread; may be empty.
     std::function<void()> on_rest;
   };
-  using MakeRun = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<BlockAlgorithm>>()>;
+  // Called once: with OK on the block's turn, or with the reason why it has none. Does not throw.
+  using Task = absl::AnyInvocable<void(const absl::Status&)>;
+  // The same, but with OK again and again until it returns true.
+  using Step = absl::AnyInvocable<bool(const absl::Status&)>;
+  // A block that was left half changed answers only what looks at no links: kAny.
+  enum class Needs { kSound, kAny };
 
   // Pool and transport outlive the actor's last slice.
   BlockActor(BlockId self, WorkerPool* pool, PeerTransport* transport, Options options);
   ~BlockActor() override;
 
   // Runs a short task between slices' steps.
-  void Post(absl::AnyInvocable<void()> task);
+  void Post(Task task, Needs needs = Needs::kSound);
   // Runs a long task a step (about a millisecond) at a time until it returns true; others go on in between.
-  void PostSliced(absl::AnyInvocable<bool()> step);
+  void PostSliced(Step step);
 
-  // Makes the algorithm and starts it, then calls done. From this call on, batches of this phase are taken.
-  void Start(PhaseSetup setup, MakeRun make, absl::AnyInvocable<void(absl::Status)> done);
+  // Starts the algorithm, in steps like any other work, then calls done. From this call on, batches of this
+  // phase are taken. A phase that was still running is thrown away.
+  void Start(PhaseSetup setup, std::unique_ptr<BlockAlgorithm> algorithm,
+             absl::AnyInvocable<void(absl::Status)> done);
   // Own work may begin.
   void Run(const PhaseId& id);
   void Cancel(const PhaseId& id);
-  // At quiescence: ends the phase.
+  // At quiescence: ends the phase, in steps.
   void Finish(const PhaseId& id, absl::AnyInvocable<void(absl::Status, BlockSnapshot, Report)> done);
   // Throws away the phase that runs, if one does.
   void Abandon(absl::AnyInvocable<void()> done);
+  // Answers everything that waits, and everything that will be asked, with `why`.
+  void Close(const absl::Status& why);
 
   // Takes a batch, or drops it when it is not of the running phase.
   void Deliver(Envelope envelope, Taken taken);
@@ -77,6 +92,7 @@ class BlockActor final : public Runnable, public std::enable_shared_from_this<Bl
   BlockId id() const { return self_; }
 
   bool RunSlice() override;
+  void Dropped() override;
 
  private:
   struct Mail {
@@ -86,40 +102,66 @@ class BlockActor final : public Runnable, public std::enable_shared_from_this<Bl
     size_t applied = 0;
     bool accepted = false;
   };
+  struct Waiting {
+    Task task;
+    Needs needs = Needs::kSound;
+  };
+  enum class Stage { kNone, kStarting, kStarted, kFinishing };
 
-  void ScheduleLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // False: the pool has stopped.
+  bool ScheduleLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool RunTasks();
+  bool RunSlicedStep();
   bool RunStep();
+  bool StartStep();
+  bool FinishStep();
   bool ReceiveStep();
   bool WorkStep();
   void Flush(bool all);
   void SendOut(Envelope envelope);
   void OnTaken(const PhaseId& id, BlockId to, uint64_t bytes);
   bool Throttled() const;
+  // Runs a part of the algorithm that may change the block.
+  template <class F>
+  auto Change(F f) -> decltype(f());
+  void AdaptBudget(absl::Duration took, bool used_up);
   void Fail(absl::Status status);
+  void Finished(absl::Status status);
+  void CancelRun(const PhaseId& id);
   // Ends the phase for the outside: no mail is accepted any more.
-  void CloseLocked(std::deque<Mail>& dropped) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void CloseMailbox();
+  void EndPhase(const absl::Status& why);
   bool EndSlice(double busy_seconds);
-  bool MayWork() const { return run_ && go_ && !failed_ && run_->algorithm().HasWork(); }
+  bool Runs(const PhaseId& id) const { return run_ && run_->setup().id == id; }
+  bool MayWork() const { return stage_ == Stage::kStarted && go_ && !failed_ && run_->algorithm().HasWork(); }
 
   const BlockId self_;
   WorkerPool* const pool_;
   PeerTransport* const transport_;
   const Options options_;
 
-  // Used by the running slice only.
+  // Used by the running slice only; when the pool has stopped, by Dropped().
   std::unique_ptr<PhaseRun> run_;
+  Stage stage_ = Stage::kNone;
+  absl::AnyInvocable<void(absl::Status)> started_;
+  absl::AnyInvocable<void(absl::Status, BlockSnapshot, Report)> finished_;
   bool go_ = false;
   bool failed_ = false;
   bool has_current_ = false;
   Mail current_;
-  size_t budget_ = 16;
+  size_t budget_ = 0;
+  // Not OK: an algorithm was thrown out of in the middle of a change.
+  absl::Status broken_;
 
   mutable Mutex mutex_;
   bool scheduled_ ABSL_GUARDED_BY(mutex_) = false;
-  std::deque<absl::AnyInvocable<void()>> tasks_ ABSL_GUARDED_BY(mutex_);
-  std::deque<absl::AnyInvocable<bool()>> sliced_ ABSL_GUARDED_BY(mutex_);
+  absl::Status closed_ ABSL_GUARDED_BY(mutex_);
+  // Lists: elements move from one to another without asking for memory.
+  std::list<Waiting> tasks_ ABSL_GUARDED_BY(mutex_);
+  std::list<Step> sliced_ ABSL_GUARDED_BY(mutex_);
   std::deque<Mail> mailbox_ ABSL_GUARDED_BY(mutex_);
+  // A batch could not be kept.
+  bool lost_mail_ ABSL_GUARDED_BY(mutex_) = false;
   bool open_ ABSL_GUARDED_BY(mutex_) = false;
   PhaseId phase_ ABSL_GUARDED_BY(mutex_);
   // By destination.

@@ -11,6 +11,7 @@
 #include "server/hosted_map.h"
 #include "server/wire.h"
 #include "service/grid.h"
+#include "service/guarded.h"
 #include "service/names.h"
 #include "service/surface_transfer.h"
 
@@ -41,9 +42,10 @@ class BlockHost::Router : public PeerTransport {
 
 BlockHost::BlockHost(HostOptions options)
     : options_(std::move(options)),
+      threads_(options_.threads > 0 ? options_.threads : std::max(std::thread::hardware_concurrency(), 1u)),
       router_(std::make_unique<Router>(this)),
       wrapped_(options_.wrap_transport ? options_.wrap_transport(router_.get()) : nullptr),
-      pool_(options_.threads > 0 ? options_.threads : std::max(std::thread::hardware_concurrency(), 1u)) {}
+      pool_(threads_) {}
 
 BlockHost::~BlockHost() { Stop(); }
 
@@ -81,16 +83,21 @@ absl::Status BlockHost::PutSurface(const std::string& id, TriangleSurface surfac
   auto bytes = [](const TriangleSurface& s) {
     return service::SurfaceBytes(s.points.size(), s.triangles.size());
   };
-  auto shared = std::make_shared<const TriangleSurface>(std::move(surface));
-  uint64_t kept = bytes(*shared);
+  auto shared = std::make_shared<HostedSurface>();
+  shared->surface = std::make_shared<const TriangleSurface>(std::move(surface));
+  uint64_t kept = bytes(*shared->surface);
   absl::MutexLock lock(&mutex_);
-  for (const auto& [other, there] : surfaces_) kept += other == id ? 0 : bytes(*there);
+  for (const auto& [other, there] : surfaces_) kept += other == id ? 0 : bytes(*there->surface);
   if (kept > max_bytes) {
     return absl::ResourceExhaustedError(absl::StrCat("server ", address_, " would keep ", kept,
                                                      " bytes of surfaces, over its limit of ", max_bytes,
                                                      " (--max-surface-bytes)"));
   }
-  surfaces_[id] = std::move(shared);
+  // The same surface again, for another map: what was computed from it serves both. The entry is a new one,
+  // so that it does not go with the map that used the old one.
+  std::shared_ptr<const HostedSurface>& entry = surfaces_[id];
+  if (entry != nullptr) *shared = *entry;
+  entry = std::move(shared);
   return absl::OkStatus();
 }
 
@@ -114,12 +121,13 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
     if (b >= request.block_count()) {
       return absl::InvalidArgumentError(absl::StrCat("block ", b, " of ", request.block_count()));
     }
-    auto hosted = std::make_shared<HostedBlock>(BlockId{b});
+    auto hosted = std::make_shared<HostedBlock>();
+    hosted->block = std::make_shared<Block3>(BlockId{b});
     // No version is used twice, also not by a later map of this name: fewer changes than microseconds.
-    hosted->block.set_version(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
+    hosted->block->set_version(static_cast<uint64_t>(absl::ToUnixMicros(absl::Now())));
     BlockActor::Options options;
     options.outstanding_limit = options_.outstanding_limit;
-    options.accounted_bytes = [block = &hosted->block] { return block->AccountedBytes(); };
+    options.accounted_bytes = [block = hosted->block] { return block->AccountedBytes(); };
     options.on_rest = [weak = std::weak_ptr<HostedMap>(map)] {
       if (std::shared_ptr<HostedMap> m = weak.lock()) {
         absl::MutexLock lock(&m->mutex);
@@ -129,29 +137,31 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
     hosted->actor = std::make_shared<BlockActor>(BlockId{b}, &pool_, transport, std::move(options));
     map->blocks.emplace(b, std::move(hosted));
   }
-  if (absl::Status status = DropMap(request.map()); !status.ok() && !absl::IsNotFound(status)) return status;
-  absl::MutexLock lock(&mutex_);
-  if (!request.surface_id().empty()) {
-    auto it = surfaces_.find(request.surface_id());
-    if (it == surfaces_.end()) {
-      return absl::NotFoundError(absl::StrCat("server ", address_, " has no surface ", request.surface_id()));
+  while (true) {
+    if (absl::Status status = DropMap(request.map()); !status.ok() && !absl::IsNotFound(status))
+      return status;
+    absl::MutexLock lock(&mutex_);
+    // Another call may have made one meanwhile; the last call's stays.
+    if (maps_.contains(request.map())) continue;
+    if (!request.surface_id().empty()) {
+      auto it = surfaces_.find(request.surface_id());
+      if (it == surfaces_.end()) {
+        return absl::NotFoundError(
+            absl::StrCat("server ", address_, " has no surface ", request.surface_id()));
+      }
+      map->surface = it->second;
     }
-    map->surface = it->second;
+    maps_[request.map()] = std::move(map);
+    return absl::OkStatus();
   }
-  maps_[request.map()] = std::move(map);
-  return absl::OkStatus();
 }
 
 absl::Status BlockHost::DropMap(const std::string& name) {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();
-  Abandon(**map);
-  {
-    absl::MutexLock lock(&mutex_);
-    maps_.erase(name);
-  }
+  Drop(**map);
   // The surface goes with the last map that uses it.
-  const std::shared_ptr<const TriangleSurface> surface = (*map)->surface;
+  const std::shared_ptr<const HostedSurface> surface = (*map)->surface;
   absl::MutexLock lock(&mutex_);
   const bool used =
       std::any_of(maps_.begin(), maps_.end(), [&](const auto& m) { return m.second->surface == surface; });
@@ -163,6 +173,25 @@ absl::Status BlockHost::DropMap(const std::string& name) {
     }
   }
   return absl::OkStatus();
+}
+
+void BlockHost::Drop(HostedMap& map) {
+  {
+    absl::MutexLock lock(&map.mutex);
+    if (std::exchange(map.dropped, true)) {
+      map.mutex.Await(absl::Condition(&map.gone));
+      return;
+    }
+  }
+  Abandon(map);
+  const absl::Status why = absl::NotFoundError(absl::StrCat("map \"", map.name, "\" was deleted"));
+  for (auto& [number, hosted] : map.blocks) hosted->actor->Close(why);
+  {
+    absl::MutexLock lock(&mutex_);
+    if (auto it = maps_.find(map.name); it != maps_.end() && it->second.get() == &map) maps_.erase(it);
+  }
+  absl::MutexLock lock(&map.mutex);
+  map.gone = true;
 }
 
 void BlockHost::DropEverything() {
@@ -200,21 +229,19 @@ void BlockHost::Deliver(Envelope envelope, Taken taken) {
 }
 
 absl::Status BlockHost::Query(const std::string& name, uint32_t block,
-                              std::function<absl::Status(Block3&)> query) {
+                              std::function<absl::Status(Block3&)> query, BlockActor::Needs needs) {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();
   absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
   if (!hosted.ok()) return hosted.status();
   absl::Status result;
   absl::Notification done;
-  (*hosted)->actor->Post([&] {
-    try {
-      result = query((*hosted)->block);
-    } catch (const std::exception& e) {
-      result = absl::InternalError(absl::StrCat("block ", block, ": ", e.what()));
-    }
-    done.Notify();
-  });
+  (*hosted)->actor->Post(
+      [&](const absl::Status& turn) {
+        result = turn.ok() ? service::Guarded([&] { return query(*(*hosted)->block); }) : turn;
+        done.Notify();
+      },
+      needs);
   done.WaitForNotification();
   return result;
 }
@@ -226,18 +253,21 @@ absl::Status BlockHost::QuerySliced(const std::string& name, uint32_t block,
   if (!map.ok()) return map.status();
   absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
   if (!hosted.ok()) return hosted.status();
+  return QueryActor(*(*hosted)->actor, (*hosted)->block, std::move(step), std::move(abandoned));
+}
+
+absl::Status BlockHost::QueryActor(BlockActor& actor, const std::shared_ptr<Block3>& block,
+                                   std::function<absl::StatusOr<bool>(Block3&)> step,
+                                   std::function<bool()> abandoned) {
   absl::Status result;
   absl::Notification done;
-  (*hosted)->actor->PostSliced([&]() -> bool {
+  actor.PostSliced([&](const absl::Status& turn) -> bool {
     absl::StatusOr<bool> over = true;
-    if (abandoned()) {
-      over = absl::CancelledError("the caller has gone");
+    if (!turn.ok()) {
+      over = turn;
     } else {
-      try {
-        over = step((*hosted)->block);
-      } catch (const std::exception& e) {
-        over = absl::InternalError(absl::StrCat("block ", block, ": ", e.what()));
-      }
+      over = abandoned() ? absl::CancelledError("the caller has gone")
+                         : service::Guarded([&] { return step(*block); });
     }
     if (over.ok() && !*over) return false;
     result = over.status();

@@ -67,8 +67,10 @@ class BlockHost {
   // Hands a batch that came from another process to its block; never waits.
   void Deliver(Envelope envelope, Taken taken);
 
-  // Runs `query` on the block between two steps of what runs there, and waits for it.
-  absl::Status Query(const std::string& map, uint32_t block, std::function<absl::Status(Block3&)> query);
+  // Runs `query` on the block between two steps of what runs there, and waits for it. DATA_LOSS: the block
+  // was left half changed, and the query needs a sound one.
+  absl::Status Query(const std::string& map, uint32_t block, std::function<absl::Status(Block3&)> query,
+                     BlockActor::Needs needs = BlockActor::Needs::kSound);
   // The same for long work: steps of about a millisecond until one returns true or an error. `abandoned`
   // (checked before each step) ends it early.
   absl::Status QuerySliced(const std::string& map, uint32_t block,
@@ -96,6 +98,7 @@ class BlockHost {
   void Stop();
 
  private:
+  struct HostedSurface;
   struct HostedBlock;
   struct HostedMap;
   class Router;
@@ -104,8 +107,18 @@ class BlockHost {
   absl::StatusOr<std::shared_ptr<HostedMap>> FindPhase(const v1::PhaseKey& key) const;
   absl::StatusOr<HostedBlock*> FindBlock(HostedMap& map, uint32_t block) const;
   void Abandon(HostedMap& map);
+  // Ends everything that runs for the map and forgets it; returns when it is gone, whoever does it.
+  void Drop(HostedMap& map);
+  absl::Status QueryActor(BlockActor& actor, const std::shared_ptr<Block3>& block,
+                          std::function<absl::StatusOr<bool>(Block3&)> step, std::function<bool()> abandoned);
+  // The bounds of the block's vertices, found a step at a time on its turns.
+  absl::StatusOr<Box3> Bounds(HostedBlock& hosted);
+  // An algorithm for each block here, in their order.
+  absl::Status MakeAlgorithms(HostedMap& map, const v1::Phase& phase,
+                              std::vector<std::unique_ptr<BlockAlgorithm>>& made);
 
-  HostOptions options_;
+  const HostOptions options_;
+  const unsigned threads_;
   std::string address_;
   PeerStreams streams_;
   std::unique_ptr<Router> router_;
@@ -115,7 +128,7 @@ class BlockHost {
   mutable absl::Mutex mutex_;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   absl::flat_hash_map<std::string, std::shared_ptr<HostedMap>> maps_ ABSL_GUARDED_BY(mutex_);
-  absl::flat_hash_map<std::string, std::shared_ptr<const TriangleSurface>> surfaces_ ABSL_GUARDED_BY(mutex_);
+  absl::flat_hash_map<std::string, std::shared_ptr<const HostedSurface>> surfaces_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace ndmap::server

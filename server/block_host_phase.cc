@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Phases on the blocks of one server.
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/blocking_counter.h"
+#include "core/algorithm/refine/frame.h"
 #include "server/block_host.h"
 #include "server/hosted_map.h"
 #include "server/wire.h"
+#include "service/guarded.h"
 
 namespace ndmap::server {
 namespace {
 
 absl::Status WithBlock(uint32_t block, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat("block ", block, ": ", status.message()));
+  const std::string name = absl::StrCat("block ", block);
+  if (absl::StartsWith(status.message(), name)) return status;
+  return absl::Status(status.code(), absl::StrCat(name, ": ", status.message()));
+}
+
+// Calls f(0) ... f(count - 1) on this thread and up to `threads` - 1 others, and waits for all.
+void ForEach(size_t count, unsigned threads, absl::FunctionRef<void(size_t)> f) {
+  std::atomic<size_t> next = 0;
+  const auto work = [&] {
+    for (size_t i = next++; i < count; i = next++) f(i);
+  };
+  std::vector<std::thread> others;
+  try {
+    while (others.size() + 1 < std::min<size_t>(threads, count)) others.emplace_back(work);
+  } catch (const std::exception&) {
+    // Fewer threads take longer.
+  }
+  work();
+  for (std::thread& thread : others) thread.join();
 }
 
 }  // namespace
@@ -33,7 +59,8 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
   absl::StatusOr<std::shared_ptr<HostedMap>> found = Find(request.key().map());
   if (!found.ok()) return found.status();
   const std::shared_ptr<HostedMap> map = *found;
-  PhaseSetup setup{map->name, FromWire(request.key()), std::vector<Peer>(map->block_count)};
+  const PhaseId id = FromWire(request.key());
+  PhaseSetup setup{map->name, id, std::vector<Peer>(map->block_count)};
   std::vector<std::string> addresses(map->block_count);
   for (const v1::BlockPlacement& placement : request.placement()) {
     if (placement.block() >= map->block_count) {
@@ -45,36 +72,80 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
   }
   {
     absl::MutexLock lock(&map->mutex);
+    if (map->dropped) return absl::NotFoundError(absl::StrCat("map \"", map->name, "\" was deleted"));
     map->in_phase = true;
-    map->phase = setup.id;
+    map->cancelled = false;
+    map->phase = id;
     map->addresses = std::move(addresses);
   }
-  absl::btree_map<std::string, std::string> values(request.phase().parameters().begin(),
-                                                   request.phase().parameters().end());
-  const Parameters parameters(std::move(values));
+  std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
+  if (absl::Status status = MakeAlgorithms(*map, request.phase(), algorithms); !status.ok()) return status;
   absl::Mutex mutex;
   absl::Status result;
   absl::BlockingCounter left(static_cast<int>(map->blocks.size()));
+  size_t next = 0;
   for (auto& [number, hosted] : map->blocks) {
     const uint32_t b = number;
-    const Environment environment{BlockId{b}, map->block_count, map->routing, map->surface,
-                                  hosted->index_cache};
-    hosted->actor->Start(
-        setup,
-        [this, &request, &parameters, environment, block = hosted] {
-          return options_.factory(request.phase().algorithm(), parameters, environment, block->block);
-        },
-        [&, b](absl::Status status) {
-          if (!status.ok()) {
-            absl::MutexLock lock(&mutex);
-            result.Update(WithBlock(b, status));
-          }
-          left.DecrementCount();
-        });
+    hosted->actor->Start(setup, std::move(algorithms[next++]), [&, b](absl::Status status) {
+      if (!status.ok()) {
+        absl::MutexLock lock(&mutex);
+        result.Update(WithBlock(b, status));
+      }
+      left.DecrementCount();
+    });
+  }
+  bool cancelled;
+  {
+    absl::MutexLock lock(&map->mutex);
+    cancelled = map->cancelled && map->phase == id;
+  }
+  if (cancelled) {
+    for (auto& [number, hosted] : map->blocks) hosted->actor->Cancel(id);
   }
   left.Wait();
   absl::MutexLock lock(&mutex);
   return result;
+}
+
+absl::Status BlockHost::MakeAlgorithms(HostedMap& map, const v1::Phase& phase,
+                                       std::vector<std::unique_ptr<BlockAlgorithm>>& made) {
+  const Parameters parameters(
+      absl::btree_map<std::string, std::string>(phase.parameters().begin(), phase.parameters().end()));
+  std::vector<HostedBlock*> blocks;
+  for (auto& [number, hosted] : map.blocks) blocks.push_back(hosted.get());
+  made.resize(blocks.size());
+  std::vector<absl::Status> status(blocks.size());
+  // Indices of a large surface take long.
+  const unsigned threads = map.surface == nullptr ? 1 : threads_;
+  ForEach(blocks.size(), threads, [&](size_t i) {
+    status[i] = service::Guarded([&]() -> absl::Status {
+      HostedBlock& hosted = *blocks[i];
+      Environment environment{hosted.block->id(), map.block_count, map.routing, nullptr, hosted.index_cache};
+      if (map.surface != nullptr) {
+        environment.surface = map.surface->surface;
+        environment.parity_cache = map.surface->parity;
+      }
+      environment.bounds = [this, &hosted] { return Bounds(hosted); };
+      auto algorithm = options_.factory(phase.algorithm(), parameters, environment, *hosted.block);
+      if (!algorithm.ok()) return WithBlock(hosted.block->id().value, algorithm.status());
+      made[i] = *std::move(algorithm);
+      return absl::OkStatus();
+    });
+  });
+  absl::Status result;
+  for (const absl::Status& s : status) result.Update(s);
+  return result;
+}
+
+absl::StatusOr<Box3> BlockHost::Bounds(HostedBlock& hosted) {
+  constexpr size_t kVerticesAStep = 1 << 14;
+  VertexBounds<Block3> bounds(*hosted.block);
+  absl::Status status = QueryActor(
+      *hosted.actor, hosted.block,
+      [&bounds](Block3&) -> absl::StatusOr<bool> { return bounds.Next(kVerticesAStep); },
+      [] { return false; });
+  if (!status.ok()) return status;
+  return bounds.box();
 }
 
 absl::Status BlockHost::RunPhase(const v1::PhaseKey& key) {
@@ -158,6 +229,10 @@ absl::Status BlockHost::CancelPhase(const v1::PhaseKey& key, bool abandon) {
   if (abandon) {
     Abandon(**map);
   } else {
+    {
+      absl::MutexLock lock(&(*map)->mutex);
+      (*map)->cancelled = (*map)->cancelled || (*map)->phase == FromWire(key);
+    }
     for (auto& [number, hosted] : (*map)->blocks) hosted->actor->Cancel(FromWire(key));
   }
   return absl::OkStatus();

@@ -66,16 +66,19 @@ grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext*, const v1::Get
   }
   for (uint32_t b : blocks) {
     v1::BlockStats* stats = response->add_blocks();
-    absl::Status status = host_->Query(request->map(), b, [&](Block3& block) {
-      stats->set_block(b);
-      stats->set_darts(block.map().number_of_darts());
-      stats->set_vertices(block.map().number_of_attributes<0>());
-      stats->set_hexahedra(block.map().number_of_attributes<3>());
-      stats->set_critical_darts(block.critical_count());
-      stats->set_accounted_bytes(block.AccountedBytes());
-      stats->set_version(block.version());
-      return absl::OkStatus();
-    });
+    absl::Status status = host_->Query(
+        request->map(), b,
+        [&](Block3& block) {
+          stats->set_block(b);
+          stats->set_darts(block.map().number_of_darts());
+          stats->set_vertices(block.map().number_of_attributes<0>());
+          stats->set_hexahedra(block.map().number_of_attributes<3>());
+          stats->set_critical_darts(block.critical_count());
+          stats->set_accounted_bytes(block.AccountedBytes());
+          stats->set_version(block.version());
+          return absl::OkStatus();
+        },
+        BlockActor::Needs::kAny);
     if (!status.ok()) return ToGrpc(status);
   }
   return grpc::Status::OK;

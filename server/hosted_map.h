@@ -10,14 +10,21 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "core/geometry/surface_caches.h"
 #include "server/block_host.h"
 
 namespace ndmap::server {
 
+// A surface and what all blocks on this server use of it.
+struct BlockHost::HostedSurface {
+  std::shared_ptr<const TriangleSurface> surface;
+  std::shared_ptr<ParityCache> parity = std::make_shared<ParityCache>();
+};
+
 struct BlockHost::HostedBlock {
-  explicit HostedBlock(BlockId id) : block(id) {}
-  // Touched only by its actor's tasks and algorithm.
-  Block3 block;
+  // Touched only by its actor's tasks and algorithm. The actor owns it too: its last slice may be the last
+  // that knows of the block.
+  std::shared_ptr<Block3> block;
   // The block's part of the surface, indexed, from one phase to the next.
   std::shared_ptr<IndexCache> index_cache = std::make_shared<IndexCache>();
   std::shared_ptr<BlockActor> actor;
@@ -27,13 +34,19 @@ struct BlockHost::HostedMap {
   std::string name;
   uint32_t block_count = 0;
   Routing routing = Routing::kDirect;
-  std::shared_ptr<const TriangleSurface> surface;
+  // Null when the map was made without.
+  std::shared_ptr<const HostedSurface> surface;
   std::optional<GridShape> grid;
-  // Does not change after the map was made; closures of actors hold the block.
+  // Does not change after the map was made.
   std::map<uint32_t, std::shared_ptr<HostedBlock>> blocks;
 
   absl::Mutex mutex;
+  // No phase begins any more; and: nobody has to do anything for it any more.
+  bool dropped ABSL_GUARDED_BY(mutex) = false;
+  bool gone ABSL_GUARDED_BY(mutex) = false;
   bool in_phase ABSL_GUARDED_BY(mutex) = false;
+  // The phase was cancelled; a block whose start comes later is told then.
+  bool cancelled ABSL_GUARDED_BY(mutex) = false;
   PhaseId phase ABSL_GUARDED_BY(mutex);
   std::vector<std::string> addresses ABSL_GUARDED_BY(mutex);
   // Raised whenever a block comes to rest; wakes PollPhase.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "service/channel.h"
+#include "service/guarded.h"
 #include "service/status.h"
 #include "service/version.h"
 
@@ -54,7 +55,6 @@ void Registration::Stop() {
 }
 
 void Registration::KeepAlive() {
-  bool reachable = true;
   while (true) {
     const absl::Duration beat = absl::Milliseconds(std::max(registered_.lease_milliseconds(), 300u) / 4);
     {
@@ -62,26 +62,33 @@ void Registration::KeepAlive() {
       mutex_.AwaitWithTimeout(absl::Condition(&stopping_), beat);
       if (stopping_) return;
     }
-    grpc::ClientContext context;
-    context.set_deadline(absl::ToChronoTime(absl::Now() + beat));
-    v1::HeartbeatRequest request;
-    request.set_server_id(registered_.server_id());
-    request.set_incarnation(registered_.incarnation());
-    v1::HeartbeatResponse response;
-    const grpc::Status status = stub_->Heartbeat(&context, request, &response);
-    if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
-      spdlog::warn("the coordinator at {} does not know this server any more: registering again",
-                   coordinator_);
-      forget_everything_();
-      if (absl::Status s = Register(absl::Now() + beat); !s.ok())
-        spdlog::warn("{}", std::string(s.message()));
-    } else if (status.ok() != reachable) {
-      reachable = status.ok();
-      if (reachable) {
-        spdlog::info("the coordinator at {} answers again", coordinator_);
-      } else {
-        spdlog::warn("the coordinator at {} does not answer: {}", coordinator_, status.error_message());
-      }
+    const absl::Status status = service::Guarded([&]() -> absl::Status {
+      Beat(beat);
+      return absl::OkStatus();
+    });
+    if (!status.ok()) spdlog::warn("a heartbeat failed: {}", std::string(status.message()));
+  }
+}
+
+void Registration::Beat(absl::Duration deadline) {
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(absl::Now() + deadline));
+  v1::HeartbeatRequest request;
+  request.set_server_id(registered_.server_id());
+  request.set_incarnation(registered_.incarnation());
+  v1::HeartbeatResponse response;
+  const grpc::Status status = stub_->Heartbeat(&context, request, &response);
+  if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
+    spdlog::warn("the coordinator at {} does not know this server any more: registering again", coordinator_);
+    forget_everything_();
+    if (absl::Status s = Register(absl::Now() + deadline); !s.ok())
+      spdlog::warn("{}", std::string(s.message()));
+  } else if (status.ok() != reachable_) {
+    reachable_ = status.ok();
+    if (reachable_) {
+      spdlog::info("the coordinator at {} answers again", coordinator_);
+    } else {
+      spdlog::warn("the coordinator at {} does not answer: {}", coordinator_, status.error_message());
     }
   }
 }

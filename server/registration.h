@@ -30,12 +30,16 @@ class Registration {
  private:
   absl::Status Register(absl::Time deadline);
   void KeepAlive();
+  // One heartbeat.
+  void Beat(absl::Duration deadline);
 
   const std::string coordinator_;
   const v1::RegisterServerRequest request_;
   const std::function<void()> forget_everything_;
   const std::unique_ptr<v1::Coordinator::Stub> stub_;
   v1::RegisterServerResponse registered_;
+  // Whether the last heartbeat was answered.
+  bool reachable_ = true;
   absl::Mutex mutex_;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread thread_;

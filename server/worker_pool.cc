@@ -12,15 +12,16 @@ WorkerPool::WorkerPool(unsigned threads) {
 
 WorkerPool::~WorkerPool() { Stop(); }
 
-void WorkerPool::Enqueue(std::shared_ptr<Runnable> runnable) {
+bool WorkerPool::Enqueue(std::shared_ptr<Runnable> runnable) {
   MutexLock lock(&mutex_);
-  if (stopping_) return;
+  if (stopping_) return false;
   queue_.push_back(std::move(runnable));
   changed_.Signal();
+  return true;
 }
 
 void WorkerPool::Stop() {
-  std::deque<std::shared_ptr<Runnable>> dropped;
+  std::list<std::shared_ptr<Runnable>> dropped;
   {
     MutexLock lock(&mutex_);
     stopping_ = true;
@@ -30,23 +31,23 @@ void WorkerPool::Stop() {
   for (std::thread& thread : threads_) {
     if (thread.joinable()) thread.join();
   }
+  for (const std::shared_ptr<Runnable>& runnable : dropped) runnable->Dropped();
 }
 
 void WorkerPool::Run() {
-  std::shared_ptr<Runnable> runnable;
-  bool again = false;
+  // What this thread runs: one, or none.
+  std::list<std::shared_ptr<Runnable>> running;
   while (true) {
     {
       MutexLock lock(&mutex_);
-      if (again && !stopping_) queue_.push_back(std::move(runnable));
+      if (!stopping_) queue_.splice(queue_.end(), running);
       while (queue_.empty() && !stopping_) changed_.Wait(&mutex_);
       if (stopping_) break;
-      runnable = std::move(queue_.front());
-      queue_.pop_front();
+      running.splice(running.end(), queue_, queue_.begin());
     }
-    again = runnable->RunSlice();
-    if (!again) runnable.reset();
+    if (!running.front()->RunSlice()) running.clear();
   }
+  for (const std::shared_ptr<Runnable>& runnable : running) runnable->Dropped();
 }
 
 }  // namespace ndmap::server

@@ -2,7 +2,7 @@
 // Threads that run actors a slice at a time, first come first served.
 #pragma once
 
-#include <deque>
+#include <list>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -18,6 +18,8 @@ class Runnable {
   // Runs for some milliseconds. True: queue it again, behind the others. The pool never runs one twice at
   // once as long as its owner enqueues it only when its last slice returned false.
   virtual bool RunSlice() = 0;
+  // The pool has stopped, or stops now: no slice runs, and none will.
+  virtual void Dropped() {}
 };
 
 class WorkerPool {
@@ -28,8 +30,9 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  void Enqueue(std::shared_ptr<Runnable> runnable);
-  // Lets running slices end, drops what waits, joins the threads. Twice is no error.
+  // False when the pool has stopped: it will not run.
+  bool Enqueue(std::shared_ptr<Runnable> runnable);
+  // Lets running slices end, joins the threads, tells what waits that it was dropped. Twice is no error.
   void Stop();
 
  private:
@@ -37,7 +40,8 @@ class WorkerPool {
 
   Mutex mutex_;
   CondVar changed_;
-  std::deque<std::shared_ptr<Runnable>> queue_ ABSL_GUARDED_BY(mutex_);
+  // A list: what goes on waits again without asking for memory.
+  std::list<std::shared_ptr<Runnable>> queue_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

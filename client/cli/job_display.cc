@@ -35,6 +35,10 @@ std::string PhaseOutcome(const v1::PhaseResult& result) {
   const auto count = [&](const char* name) { return FormatCount(CountOf(result.report(), name)); };
   const std::string& algorithm = result.phase().algorithm();
   std::string text;
+  // Parts of these say nothing: a check is valid or cancelled, never both.
+  if (result.cancelled() && (algorithm == "count" || algorithm == "check" || algorithm == "hash")) {
+    return "cancelled";
+  }
   if (algorithm == "build") text = absl::StrCat(count("hexahedra"), " hexahedra");
   if (algorithm == "refine") text = absl::StrCat(count("refined"), " refined of ", count("cells_tested"));
   if (algorithm == "classify") {
@@ -118,7 +122,9 @@ absl::StatusOr<v1::Job> WatchJob(Context& context, const JobHandle& handle, bool
   if (cancel_on_interrupt) context.interrupts.ClearHandlers();
   if (!job.ok()) return job;
   if (job->state() == v1::JOB_STATE_CANCELLED) {
-    return absl::CancelledError(absl::StrCat("job ", handle.id(), " was cancelled; the map is valid"));
+    return absl::CancelledError(
+        absl::StrCat("job ", handle.id(), " was cancelled; ",
+                     job->kind() == "create" ? "the map was not made: delete it" : "the map is valid"));
   }
   absl::Status status = StatusOf(*job);
   if (!status.ok()) return status;

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/geometry/surface_index.h"
+#include "core/geometry/surface_caches.h"
 
 namespace ndmap {
 
@@ -20,13 +20,16 @@ void Report::Merge(const Report& other) {
   }
 }
 
-absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Environment::Index(
-    absl::FunctionRef<Box3()> region) const {
+absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Environment::Index(absl::FunctionRef<Box3()> look) const {
   if (surface == nullptr) return absl::FailedPreconditionError("the map has no surface");
-  if (index_cache != nullptr && index_cache->index != nullptr) return index_cache->index;
-  auto index = std::make_shared<const SurfaceIndex>(surface, region());
-  if (index_cache != nullptr) index_cache->index = index;
-  return index;
+  auto region = [&]() -> absl::StatusOr<Box3> { return bounds ? bounds() : look(); };
+  if (index_cache != nullptr) return index_cache->Get(surface, region);
+  return IndexCache().Get(surface, region);
+}
+
+absl::StatusOr<std::shared_ptr<const ParityIndex>> Environment::Parity() const {
+  if (surface == nullptr) return absl::FailedPreconditionError("the map has no surface");
+  return parity_cache != nullptr ? parity_cache->Get(surface) : ParityCache().Get(surface);
 }
 
 }  // namespace ndmap

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@
 
 namespace ndmap {
 
+class IndexCache;
+class ParityCache;
+class ParityIndex;
 class SurfaceIndex;
 
 enum class Routing { kDirect, kBroadcast };
@@ -43,11 +47,6 @@ struct Report {
   void Merge(const Report& other);
 };
 
-// One block's index of the surface, made when it is first asked for. Used by the block's thread alone.
-struct IndexCache {
-  std::shared_ptr<const SurfaceIndex> index;
-};
-
 // Where a block is: the same on every block but for `self`.
 struct Environment {
   BlockId self;
@@ -58,40 +57,54 @@ struct Environment {
   // Where the block's part of the surface's index stays from one phase to the next; null: each phase makes
   // its own.
   std::shared_ptr<IndexCache> index_cache;
+  // Where the surface's parity stays, for all blocks; null: each phase makes its own.
+  std::shared_ptr<ParityCache> parity_cache = nullptr;
+  // The bounds of the block's hexahedra, for a host whose block belongs to another thread: waits for it.
+  // Empty: whoever makes an algorithm may look at the block itself.
+  std::function<absl::StatusOr<Box3>()> bounds = nullptr;
 
-  // The index of the triangles near `region()`, which bounds the block's hexahedra and is asked only when
-  // there is no index yet: hexahedra only get smaller or fewer. FAILED_PRECONDITION without a surface. The
-  // first call for a block costs O(t log t) of its t triangles.
-  absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Index(absl::FunctionRef<Box3()> region) const;
+  // The index of the triangles near the block, whose bounds are bounds(), or else `look()`; they are asked
+  // only when there is no index yet. FAILED_PRECONDITION without a surface. The first call for a block costs
+  // O(t log t) of its t triangles: for the making of an algorithm, never for its steps.
+  absl::StatusOr<std::shared_ptr<const SurfaceIndex>> Index(absl::FunctionRef<Box3()> look) const;
+  // The parity of the surface. As above; the first call for a surface costs O(t).
+  absl::StatusOr<std::shared_ptr<const ParityIndex>> Parity() const;
 };
 
+// Making one may take long (an index of the surface) and does not touch the block, which may be at work, but
+// through Environment::Index. Every later call is short: what grows with the block is done in steps of some
+// microseconds, at most `budget` of them a call.
 class BlockAlgorithm {
  public:
   virtual ~BlockAlgorithm() = default;
 
-  // Called once, before anything else and on every block before any message of the phase is received
-  // anywhere.
-  virtual absl::Status Start() = 0;
+  // Whether it changes the block: then one that is thrown out of in the middle leaves the block of no use.
+  virtual bool changes_map() const { return true; }
+
+  // Gets ready, at most `budget` steps at a time: called until it says true, on every block before any
+  // message of the phase is received anywhere and before any work. It does not change the block.
+  virtual absl::StatusOr<bool> Start(size_t budget) = 0;
 
   // Applies one message, whatever the memory limit says. Idempotent: duplicates do nothing. An error fails
   // the job.
   virtual absl::Status Receive(BlockId from, const Message& message, Outbox& out) = 0;
 
-  // Does at most `budget` steps of the block's own work (a step is some microseconds: a hexahedron's test or
-  // split); returns how many it did. An error fails the job.
+  // Does about `budget` steps of the block's own work (a step is a hexahedron's test or split, or a dart);
+  // returns how many it did. An error fails the job.
   virtual absl::StatusOr<size_t> Work(size_t budget, Outbox& out) = 0;
 
   // True when there is own work left. Messages may make new work.
   virtual bool HasWork() const = 0;
 
-  // Stops own work at the next safe place: the map is valid, HasWork() is false from now on; messages of
-  // others are still applied.
+  // Stops own work at the next safe place: the map is valid, and HasWork() is false soon and stays so;
+  // messages of others are still applied. At any time, also while Start() has not said true: it is called on
+  // until it does. A result that is not whole is not reported: the count "cancelled" is.
   virtual void Cancel() = 0;
 
-  // Called at quiescence, once: what is still kept then is an error that names the label.
-  virtual absl::Status Finish() = 0;
+  // Called at quiescence until it says true: what is still kept then is an error that names the label.
+  virtual absl::StatusOr<bool> Finish(size_t budget) = 0;
 
-  // Cheap; at any time between other calls, for progress, and after Finish() for the result.
+  // Cheap; at any time between other calls, for progress, and after Finish() has said true for the result.
   virtual Report report() const = 0;
 };
 

@@ -118,7 +118,7 @@ TEST(BlockPieceOfABuildTest, IsRefusedUntilTheHexahedraAreThere) {
   const Environment environment{BlockId{0}, 1, Routing::kDirect, nullptr, nullptr};
   auto build = MakeAlgorithm("build", GridParameters(grid, *assignment), environment, block);
   ASSERT_TRUE(build.ok()) << build.status();
-  ASSERT_TRUE((*build)->Start().ok());
+  ASSERT_TRUE((*build)->Start(1).value());
   class : public Outbox {
     void Send(BlockId, const Message&) override {}
     void Broadcast(const Message&) override {}

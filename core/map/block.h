@@ -86,6 +86,13 @@ class Block {
     critical_.erase(it);
     map_.unmark(d, mark_);
   }
+  // Erases everything.
+  void Clear() {
+    critical_.clear();
+    darts_.clear();
+    map_.clear();
+    Touch();
+  }
   size_t critical_count() const { return critical_.size(); }
   const absl::flat_hash_map<Label, Dart>& labels() const { return darts_; }
 

@@ -13,6 +13,7 @@
 #include "core/algorithm/registry.h"
 #include "core/geometry/grid_shape.h"
 #include "core/geometry/surface.h"
+#include "core/geometry/surface_caches.h"
 #include "core/map/block.h"
 #include "core/sim/simulator.h"
 

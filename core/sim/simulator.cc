@@ -2,6 +2,7 @@
 #include "core/sim/simulator.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -63,8 +64,16 @@ absl::StatusOr<Report> Simulator::RunPhase(const std::vector<std::unique_ptr<Blo
   statistics_ = {};
   in_flight_.clear();
   block_count_ = static_cast<uint32_t>(algorithms.size());
-  for (size_t b = 0; b < algorithms.size(); ++b) {
-    if (absl::Status s = algorithms[b]->Start(); !s.ok()) return failed(b, s);
+  // In parts, one block's between another's.
+  std::vector<size_t> starting(algorithms.size());
+  std::iota(starting.begin(), starting.end(), 0);
+  while (!starting.empty()) {
+    size_t& chosen = starting[Random(starting.size())];
+    const absl::StatusOr<bool> started = algorithms[chosen]->Start(RandomSlice());
+    if (!started.ok()) return failed(chosen, started.status());
+    if (!*started) continue;
+    chosen = starting.back();
+    starting.pop_back();
   }
   std::vector<size_t> working(algorithms.size());
   for (uint64_t event = 0;; ++event) {
@@ -86,13 +95,15 @@ absl::StatusOr<Report> Simulator::RunPhase(const std::vector<std::unique_ptr<Blo
     } else {
       const size_t b = working[Random(working.size())];
       BlockOutbox out(*this, BlockId{static_cast<uint32_t>(b)});
-      const auto done = algorithms[b]->Work(1 + Random(static_cast<uint64_t>(options_.largest_slice)), out);
+      const auto done = algorithms[b]->Work(RandomSlice(), out);
       if (!done.ok()) return failed(b, done.status());
     }
   }
   Report report;
   for (size_t b = 0; b < algorithms.size(); ++b) {
-    if (absl::Status s = algorithms[b]->Finish(); !s.ok()) return failed(b, s);
+    absl::StatusOr<bool> finished = false;
+    while (finished.ok() && !*finished) finished = algorithms[b]->Finish(RandomSlice());
+    if (!finished.ok()) return failed(b, finished.status());
     report.Merge(algorithms[b]->report());
   }
   return report;

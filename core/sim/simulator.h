@@ -24,7 +24,7 @@ struct SimulatorOptions {
   bool ordered_channels = false;
   // Chance in a thousand that a message that was delivered will be delivered once more.
   int duplicates_per_mille = 100;
-  // Own work is done in slices of 1 ... this many steps.
+  // Start, own work and Finish are done in slices of 1 ... this many steps.
   int largest_slice = 16;
   // Gives up with DEADLINE_EXCEEDED after this many deliveries and slices.
   uint64_t most_events = 200'000'000;
@@ -37,8 +37,8 @@ struct PhaseStatistics {
   size_t most_in_flight = 0;
 };
 
-// Runs one phase: Start on all, then deliveries and slices of work in random order until nothing is left,
-// then Finish on all. `algorithms`: one a block. Returns the merged report. The status names the seed.
+// Runs one phase: Start on all, in parts, then deliveries and slices of work in random order until nothing is
+// left, then Finish on all. `algorithms`: one a block. Returns the merged report. The status names the seed.
 class Simulator {
  public:
   explicit Simulator(const SimulatorOptions& options) : options_(options), random_(options.seed) {}
@@ -61,6 +61,8 @@ class Simulator {
   void Put(BlockId from, BlockId to, const Message& message);
   // A number in 0 ... n - 1, the same on every platform.
   uint64_t Random(uint64_t n) { return random_() % n; }
+  // Steps for one call.
+  size_t RandomSlice() { return 1 + Random(static_cast<uint64_t>(options_.largest_slice)); }
   InFlight TakeMessage();
 
   const SimulatorOptions options_;

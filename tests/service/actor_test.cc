@@ -106,15 +106,39 @@ class ActorTest : public ::testing::Test {
       Event started;
       const Environment environment{actor->id(), static_cast<uint32_t>(actors_.size()), Routing::kDirect,
                                     nullptr, nullptr};
-      actor->Start(
-          Setup(), [=] { return std::make_unique<TokenAlgorithm>(environment, parameters); },
-          [&](absl::Status status) {
-            result.Update(status);
-            started.Set();
-          });
+      actor->Start(Setup(), std::make_unique<TokenAlgorithm>(environment, parameters),
+                   [&](absl::Status status) {
+                     result.Update(status);
+                     started.Set();
+                   });
       started.Wait();
     }
     for (auto& actor : actors_) actor->Run(kPhase);
+    return result;
+  }
+  absl::Status StartOne(const Parameters& parameters) {
+    absl::Status result;
+    Event started;
+    const Environment environment{BlockId{0}, 1, Routing::kDirect, nullptr, nullptr};
+    actors_[0]->Start(Setup(), std::make_unique<TokenAlgorithm>(environment, parameters),
+                      [&](absl::Status status) {
+                        result = status;
+                        started.Set();
+                      });
+    started.Wait();
+    return result;
+  }
+  // What a query of block 0 is told.
+  absl::Status AskFor(BlockActor::Needs needs) {
+    absl::Status result;
+    Event answered;
+    actors_[0]->Post(
+        [&](const absl::Status& turn) {
+          result = turn;
+          answered.Set();
+        },
+        needs);
+    answered.Wait();
     return result;
   }
   // Mattern's four counters.
@@ -173,12 +197,12 @@ TEST_F(ActorTest, QueriesAndCancelComeBetweenTheStepsOfEndlessWork) {
   ASSERT_TRUE(Start(Parameters().Set("endless", int64_t{1})).ok());
   for (int i = 0; i < 20; ++i) {
     Event answered;
-    actors_[0]->Post([&] { answered.Set(); });
+    actors_[0]->Post([&](const absl::Status&) { answered.Set(); });
     answered.Wait();
   }
   int steps = 0;
   Event done;
-  actors_[0]->PostSliced([&] {
+  actors_[0]->PostSliced([&](const absl::Status&) {
     if (++steps < 50) return false;
     done.Set();
     return true;
@@ -202,7 +226,7 @@ TEST_F(ActorTest, OwnWorkRestsWhileADestinationDoesNotTakeWhatItWasSent) {
   uint64_t before = 0;
   for (int same = 0; same < 100;) {
     Event turn;
-    actors_[0]->Post([&] { turn.Set(); });
+    actors_[0]->Post([&](const absl::Status&) { turn.Set(); });
     turn.Wait();
     const uint64_t steps = actors_[0]->snapshot().counters.steps;
     same = steps > 0 && steps == before ? same + 1 : 0;
@@ -254,6 +278,128 @@ TEST_F(ActorTest, BatchesOfOtherPhasesAndIncarnationsAreDroppedButCountAsTaken) 
   deliver(kPhase, 7, 1);
   deliver(kPhase, 7, 1);
   EXPECT_EQ(Finish(*actors_[0]).second.counts["received"], 1);
+}
+
+TEST_F(ActorTest, QueriesAndCancelComeBetweenTheStepsOfStart) {
+  Make(1);
+  const Environment environment{BlockId{0}, 1, Routing::kDirect, nullptr, nullptr};
+  Event started;
+  absl::Status status = absl::UnknownError("");
+  actors_[0]->Start(
+      Setup(),
+      std::make_unique<TokenAlgorithm>(
+          environment, Parameters().Set("endless_start", int64_t{1}).Set("endless", int64_t{1})),
+      [&](absl::Status s) {
+        status = s;
+        started.Set();
+      });
+  for (int i = 0; i < 20; ++i) {
+    Event answered;
+    actors_[0]->Post([&](const absl::Status&) { answered.Set(); });
+    answered.Wait();
+  }
+  actors_[0]->Cancel(kPhase);
+  started.Wait();
+  EXPECT_TRUE(status.ok()) << status;
+  actors_[0]->Run(kPhase);
+  AwaitQuiescence();
+  EXPECT_EQ(Finish(*actors_[0]).second.counts["worked"], 0);
+}
+
+struct NoMemory {
+  std::string where;
+  bool read_only = false;
+  bool broken = false;
+};
+class NoMemoryTest : public ActorTest, public ::testing::WithParamInterface<NoMemory> {};
+
+// Wherever memory runs out, the process lives and the job has the reason; a block that may be half changed is
+// not read again.
+TEST_P(NoMemoryTest, ABlockThatAnAlgorithmLeftHalfChangedSaysSo) {
+  const auto& [where, read_only, broken] = GetParam();
+  Make(2);
+  Parameters parameters;
+  parameters.Set("tokens", int64_t{5}).Set("no_memory", where);
+  if (read_only) parameters.Set("read_only", int64_t{1});
+  absl::Status status = Start(parameters);
+  if (where == "finish") {
+    AwaitQuiescence();
+    status = Finish(*actors_[0]).first;
+  }
+  while (status.ok()) status = actors_[0]->snapshot().status;
+  EXPECT_EQ(status, absl::ResourceExhaustedError("out of memory"));
+  for (auto& actor : actors_) {
+    Event abandoned;
+    actor->Abandon([&] { abandoned.Set(); });
+    abandoned.Wait();
+  }
+  const absl::Status expected =
+      broken ? absl::DataLossError(
+                   "block 0 of map \"m\" was left half changed by: out of memory; delete the map")
+             : absl::OkStatus();
+  EXPECT_EQ(AskFor(BlockActor::Needs::kSound), expected);
+  EXPECT_TRUE(AskFor(BlockActor::Needs::kAny).ok());
+  Event stepped;
+  actors_[0]->PostSliced([&](const absl::Status& turn) {
+    EXPECT_EQ(turn, expected);
+    stepped.Set();
+    return true;
+  });
+  stepped.Wait();
+  EXPECT_EQ(StartOne(Parameters()), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Places, NoMemoryTest,
+                         ::testing::Values(NoMemory{"start"}, NoMemory{"receive", false, true},
+                                           NoMemory{"receive", true}, NoMemory{"work", false, true},
+                                           NoMemory{"work", true}, NoMemory{"finish", false, true},
+                                           NoMemory{"report"}));
+
+TEST_F(ActorTest, AClosedActorAnswersEverythingWithTheReason) {
+  Make(1);
+  Event started;
+  absl::Status status;
+  const Environment environment{BlockId{0}, 1, Routing::kDirect, nullptr, nullptr};
+  actors_[0]->Start(
+      Setup(), std::make_unique<TokenAlgorithm>(environment, Parameters().Set("endless_start", int64_t{1})),
+      [&](absl::Status s) {
+        status = s;
+        started.Set();
+      });
+  Event running;
+  actors_[0]->Post([&](const absl::Status&) { running.Set(); });
+  running.Wait();
+  const absl::Status why = absl::NotFoundError("map \"m\" was deleted");
+  actors_[0]->Close(why);
+  started.Wait();
+  EXPECT_EQ(status, why);
+  EXPECT_EQ(AskFor(BlockActor::Needs::kAny), why);
+  EXPECT_EQ(StartOne(Parameters()), why);
+  EXPECT_EQ(Finish(*actors_[0]).first, why);
+}
+
+TEST_F(ActorTest, AnActorOfAPoolThatHasStoppedAnswersWithAnError) {
+  Make(2);
+  Event started;
+  absl::Status status;
+  const Environment environment{BlockId{0}, 2, Routing::kDirect, nullptr, nullptr};
+  actors_[0]->Start(
+      Setup(), std::make_unique<TokenAlgorithm>(environment, Parameters().Set("endless_start", int64_t{1})),
+      [&](absl::Status s) {
+        status = s;
+        started.Set();
+      });
+  Event step;
+  actors_[0]->PostSliced([&](const absl::Status& turn) {
+    if (!turn.ok()) step.Set();
+    return !turn.ok();
+  });
+  pool_.Stop();
+  started.Wait();
+  step.Wait();
+  EXPECT_EQ(status, absl::UnavailableError("the server is stopping"));
+  EXPECT_EQ(AskFor(BlockActor::Needs::kAny).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Finish(*actors_[1]).first.code(), absl::StatusCode::kUnavailable);
 }
 
 TEST(SequenceFilterTest, SeesEachNumberOnceInAnyOrder) {

@@ -66,7 +66,7 @@ class Build final : public BlockAlgorithm {
         block_(block),
         map_(block.map()) {}
 
-  absl::Status Start() override {
+  absl::StatusOr<bool> Start(size_t) override {
     if (map_.number_of_darts() != 0) {
       return absl::FailedPreconditionError(absl::StrCat("block ", block_.id().value, " is not empty"));
     }
@@ -74,7 +74,7 @@ class Build final : public BlockAlgorithm {
       if (assignment_.run_block(r) == block_.id()) runs_.push_back(r);
     }
     if (!runs_.empty()) next_ = assignment_.run_begin(runs_[0]);
-    return absl::OkStatus();
+    return true;
   }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
@@ -99,13 +99,21 @@ class Build final : public BlockAlgorithm {
     return steps;
   }
 
-  bool HasWork() const override { return run_ < runs_.size() || with_vertices_ < made_.size(); }
-  // An initial grid is small, and half of one is of no use: a cancelled build is deleted with its map.
-  void Cancel() override {}
-  absl::Status Finish() override { return absl::OkStatus(); }
+  bool HasWork() const override {
+    return !cancelled_ && (run_ < runs_.size() || with_vertices_ < made_.size());
+  }
+  // Half a grid, without its vertices and with labels that no other block has, is no valid map; none is.
+  void Cancel() override {
+    cancelled_ = true;
+    made_.clear();
+    first_darts_.clear();
+    block_.Clear();
+  }
+  absl::StatusOr<bool> Finish(size_t) override { return true; }
 
   Report report() const override {
     Report report;
+    if (cancelled_) report.counts["cancelled"] = 1;
     report.counts["hexahedra"] = static_cast<int64_t>(made_.size());
     report.counts["critical_darts"] = static_cast<int64_t>(block_.critical_count());
     return report;
@@ -192,6 +200,7 @@ class Build final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
+  bool cancelled_ = false;
   std::vector<size_t> runs_;
   size_t run_ = 0;
   uint64_t next_ = 0;

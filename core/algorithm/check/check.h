@@ -2,17 +2,19 @@
 // The checker of Definition 1 (n-dmap), all properties, for any n, block against block: nobody gathers the
 // map.
 //
-// In the block: its map is valid; every critical dart is n-free (2) and its (n-1)-cell is critical altogether
-// with one sign and one peer (1); dart and label tables agree. Between blocks, a message for each critical
-// dart to its peer with its sign, its two points and the labels of beta_i(d), 0 <= i <= n-2: the peer has
-// exactly one dart with that label and gets exactly one such message (3), of the opposite sign, its dart runs
-// between the same points the other way, and for n >= 3 the labels are those of beta_i^-1 of its dart (4).
+// In the block: its map is valid (core/map/validity.h); every critical dart is n-free (2) and its (n-1)-cell
+// is critical altogether with one sign and one peer (1); dart and label tables agree. Between blocks, a
+// message for each critical dart to its peer with its sign, its two points and the labels of beta_i(d), 0 <=
+// i <= n-2: the peer has exactly one dart with that label and gets exactly one such message (3), of the
+// opposite sign, its dart runs between the same points the other way, and for n >= 3 the labels are those of
+// beta_i^-1 of its dart (4).
 //
-// Counts: darts, critical_darts, findings.
+// Counts: darts, critical_darts, findings; of a cancelled check: cancelled, and findings if there are any.
 #pragma once
 
 #include <array>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,6 +24,8 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/packing.h"
 #include "core/map/block.h"
+#include "core/map/partial_scan.h"
+#include "core/map/validity.h"
 
 namespace ndmap {
 
@@ -47,9 +51,20 @@ class Check final : public BlockAlgorithm {
     return std::make_unique<Check>(environment.routing, block);
   }
 
-  Check(Routing routing, BlockT& block) : routing_(routing), block_(block), map_(block.map()) {}
+  Check(Routing routing, BlockT& block)
+      : routing_(routing),
+        block_(block),
+        map_(block.map()),
+        validity_(map_),
+        table_(block.labels()),
+        unheard_(block.labels()) {}
 
-  absl::Status Start() override { return absl::OkStatus(); }
+  bool changes_map() const override { return false; }
+
+  absl::StatusOr<bool> Start(size_t) override {
+    heard_.reserve(block_.critical_count());
+    return true;
+  }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
     Announcement theirs;
@@ -78,38 +93,37 @@ class Check final : public BlockAlgorithm {
   }
 
   absl::StatusOr<size_t> Work(size_t budget, Outbox& out) override {
-    size_t steps = 0;
-    if (!local_done_) {
-      CheckLocally();
-      local_done_ = true;
-      ++steps;
-    }
-    for (; steps < budget && next_ < DartIndexBound(map_); ++steps) {
+    size_t left = budget;
+    for (; left > 0 && next_ < DartIndexBound(map_); --left) {
       const Dart d = DartAt(map_, DartIndex{next_++});
       if (d == Lcc::null_handle) continue;
       ++darts_;
+      FindFault(d, validity_.At(d));
       if (block_.IsCritical(d)) CheckCritical(d, out);
     }
-    return steps;
-  }
-
-  bool HasWork() const override { return !local_done_ || next_ < DartIndexBound(map_); }
-  void Cancel() override {
-    local_done_ = true;
-    cancelled_ = true;
-    next_ = DartIndexBound(map_);
-  }
-
-  absl::Status Finish() override {
-    if (cancelled_) return absl::OkStatus();
-    for (const auto& [label, d] : block_.labels()) {
-      if (!heard_.contains(IndexOf(map_, d))) Find(label, "has no partner in another block");
+    if (left > 0 && !table_done_) {
+      table_done_ = table_.Next(&left, [this](auto it) { CheckEntry(it->first, it->second); });
+      if (table_done_) FindFault(Lcc::null_handle, validity_.AtEnd());
     }
-    return absl::OkStatus();
+    return budget - left;
+  }
+
+  bool HasWork() const override { return !cancelled_ && !table_done_; }
+  void Cancel() override { cancelled_ = true; }
+
+  absl::StatusOr<bool> Finish(size_t budget) override {
+    if (cancelled_ || heard_.size() == block_.labels().size()) return true;
+    return unheard_.Next(&budget, [this](auto it) {
+      if (!heard_.contains(IndexOf(map_, it->second))) Find(it->first, "has no partner in another block");
+    });
   }
 
   Report report() const override {
     Report report = report_;
+    if (cancelled_) {
+      report.counts["cancelled"] = 1;
+      return report;
+    }
     report.counts["darts"] = darts_;
     report.counts["critical_darts"] = static_cast<int64_t>(block_.critical_count());
     report.counts.try_emplace("findings", 0);
@@ -121,14 +135,17 @@ class Check final : public BlockAlgorithm {
     report_.Find(absl::StrCat("block ", block_.id().value, ": label ", ToString(label), " ", what));
   }
 
-  void CheckLocally() {
-    if (!map_.is_valid()) {
-      report_.Find(absl::StrCat("block ", block_.id().value, ": its map is not a valid combinatorial map"));
-    }
-    for (const auto& [label, d] : block_.labels()) {
-      if (!map_.is_dart_used(d) || !block_.IsCritical(d) || block_.critical(d).label != label) {
-        Find(label, "stands in the table for a dart that does not carry it");
-      }
+  // A fault of the block's own map, at a dart or in all.
+  void FindFault(Dart d, const std::string& fault) {
+    if (fault.empty()) return;
+    report_.Find(absl::StrCat(
+        "block ", block_.id().value, ": its map is not valid: ",
+        d == Lcc::null_handle ? "" : absl::StrCat("dart ", IndexOf(map_, d).value, ": "), fault));
+  }
+
+  void CheckEntry(const Label& label, Dart d) {
+    if (!map_.is_dart_used(d) || !block_.IsCritical(d) || block_.critical(d).label != label) {
+      Find(label, "stands in the table for a dart that does not carry it");
     }
   }
 
@@ -186,7 +203,8 @@ class Check final : public BlockAlgorithm {
   }
 
   typename Types::Coordinates Coordinates(Dart d) const {
-    typename Types::Coordinates x;
+    typename Types::Coordinates x{};
+    if (map_.template attribute<0>(d) == Lcc::null_handle) return x;
     const auto& p = map_.point(d);
     for (unsigned c = 0; c < Types::kAmbient; ++c) x[c] = p[static_cast<int>(c)];
     return x;
@@ -195,7 +213,11 @@ class Check final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
-  bool local_done_ = false;
+  ValidityCheck<Lcc> validity_;
+  using Table = const absl::flat_hash_map<Label, Dart>;
+  PartialScan<Table> table_;
+  PartialScan<Table> unheard_;
+  bool table_done_ = false;
   bool cancelled_ = false;
   uint32_t next_ = 0;
   int64_t darts_ = 0;

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -20,6 +19,7 @@
 #include "core/geometry/surface_index.h"
 #include "core/map/block.h"
 #include "core/map/handle_hash.h"
+#include "core/map/partial_scan.h"
 
 namespace ndmap {
 
@@ -35,22 +35,28 @@ class Classify final : public BlockAlgorithm {
                                                               const Environment& environment, BlockT& block) {
     auto index = environment.Index([&block] { return VertexBox(block); });
     if (!index.ok()) return index.status();
-    return std::make_unique<Classify>(environment.surface, *std::move(index), block);
+    auto parity = environment.Parity();
+    if (!parity.ok()) return parity.status();
+    return std::make_unique<Classify>(*std::move(index), *std::move(parity), block);
   }
 
-  Classify(std::shared_ptr<const TriangleSurface> surface, std::shared_ptr<const SurfaceIndex> index,
+  Classify(std::shared_ptr<const SurfaceIndex> index, std::shared_ptr<const ParityIndex> parity,
            BlockT& block)
-      : surface_(std::move(surface)), index_(std::move(index)), block_(block), map_(block.map()) {}
+      : index_(std::move(index)),
+        parity_(std::move(parity)),
+        block_(block),
+        map_(block.map()),
+        scan_(map_.template attributes<3>()) {}
 
-  absl::Status Start() override {
-    auto& cells = map_.template attributes<3>();
-    for (auto it = cells.begin(); it != cells.end(); ++it) {
-      number_of_[it] = static_cast<uint32_t>(cells_.size());
-      cells_.push_back(it);
-    }
-    group_.resize(cells_.size());
-    std::iota(group_.begin(), group_.end(), 0);
-    return absl::OkStatus();
+  absl::StatusOr<bool> Start(size_t budget) override {
+    if (cancelled_) return true;
+    // A table that grows is copied in one go.
+    if (cells_.empty()) number_of_.reserve(map_.template number_of_attributes<3>());
+    return scan_.Next(&budget, [this](Cell cell) {
+      number_of_[cell] = static_cast<uint32_t>(cells_.size());
+      group_.push_back(static_cast<uint32_t>(cells_.size()));
+      cells_.push_back(cell);
+    });
   }
 
   absl::Status Receive(BlockId from, const Message&, Outbox&) override {
@@ -76,9 +82,9 @@ class Classify final : public BlockAlgorithm {
   bool HasWork() const override { return !cancelled_ && decided_ < cells_.size(); }
   void Cancel() override { cancelled_ = true; }
 
-  absl::Status Finish() override {
+  absl::StatusOr<bool> Finish(size_t) override {
     block_.Touch();
-    return absl::OkStatus();
+    return true;
   }
 
   Report report() const override {
@@ -124,18 +130,17 @@ class Classify final : public BlockAlgorithm {
     if (group != i) {
       state = State(cells_[group]);
     } else if (state == CellState::kClear) {
-      if (parity_ == nullptr) parity_ = std::make_unique<ParityIndex>(surface_);
       const Point3 centre = VolumeCentre(F::Of(map_, cells_[i]).Corners(map_));
       state = parity_->Inside(centre) ? CellState::kInside : CellState::kOutside;
     }
     ++(state == CellState::kInside ? inside_ : outside_);
   }
 
-  const std::shared_ptr<const TriangleSurface> surface_;
   const std::shared_ptr<const SurfaceIndex> index_;
-  std::unique_ptr<const ParityIndex> parity_;
+  const std::shared_ptr<const ParityIndex> parity_;
   BlockT& block_;
   Lcc& map_;
+  PartialScan<typename Lcc::template Attribute_range<3>::type> scan_;
   std::vector<Cell> cells_;
   absl::flat_hash_map<Cell, uint32_t, HandleHash<Cell>> number_of_;
   std::vector<uint32_t> group_;

@@ -5,9 +5,10 @@
 // lowest. Exact for any cut.
 //
 // Counts: hexahedra, level_L, cut, inside, outside, unclassified, darts, critical_darts, vertices,
-// accounted_bytes.
+// accounted_bytes; of a cancelled count: cancelled, alone.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "core/algorithm/packing.h"
 #include "core/map/block.h"
 #include "core/map/handle_hash.h"
+#include "core/map/partial_scan.h"
 
 namespace ndmap {
 
@@ -27,6 +29,7 @@ class Count final : public BlockAlgorithm {
   using Lcc = typename BlockT::Lcc;
   using Dart = typename BlockT::Dart;
   using Vertex = typename BlockT::Types::Vertex;
+  using Cell = typename BlockT::Types::Cell;
   // (block, number in the block).
   using Number = uint64_t;
   enum MessageKind : uint8_t { kLowest = 1 };
@@ -36,18 +39,28 @@ class Count final : public BlockAlgorithm {
     return std::make_unique<Count>(environment.routing, block);
   }
 
-  Count(Routing routing, BlockT& block) : routing_(routing), block_(block), map_(block.map()) {}
+  Count(Routing routing, BlockT& block)
+      : routing_(routing),
+        block_(block),
+        map_(block.map()),
+        labels_(block.labels()),
+        cells_(map_.template attributes<3>()) {}
 
-  absl::Status Start() override {
-    uint32_t next = 0;
-    for (const auto& [label, d] : block_.labels()) {
+  bool changes_map() const override { return false; }
+
+  absl::StatusOr<bool> Start(size_t budget) override {
+    if (cancelled_) return true;
+    const bool all_labels = labels_.Next(&budget, [this](auto entry) {
+      const Dart d = entry->second;
+      const Number own = Number{block_.id().value} << 32 | shared_.size();
       auto [it, made] = shared_.try_emplace(map_.template attribute<0>(d));
-      if (made) it->second.lowest = it->second.own = Number{block_.id().value} << 32 | next++;
+      if (made) it->second.lowest = it->second.own = own;
       it->second.darts.push_back(d);
       if (made) changed_.push_back(it->first);
-    }
-    CountCells();
-    return absl::OkStatus();
+    });
+    if (!all_labels || !cells_.Next(&budget, [this](Cell cell) { CountCell(cell); })) return false;
+    CountAll();
+    return true;
   }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
@@ -65,12 +78,14 @@ class Count final : public BlockAlgorithm {
     // The partner starts where this dart ends.
     const Vertex v = map_.template attribute<0>(map_.template beta<1>(d));
     const auto it = shared_.find(v);
+    if (it == shared_.end() && cancelled_) return absl::OkStatus();
     if (it == shared_.end()) {
       return absl::InternalError(absl::StrCat("block ", block_.id().value, ": the face of label ",
                                               ToString(message.label), " is not critical altogether"));
     }
     Shared& shared = it->second;
-    if (lowest < shared.lowest) {
+    if (lowest < shared.lowest && !cancelled_) {
+      if (shared.lowest == shared.own) ++counted_elsewhere_;
       if (shared.told) changed_.push_back(v);
       shared.lowest = lowest;
       shared.told = false;
@@ -98,18 +113,23 @@ class Count final : public BlockAlgorithm {
   }
 
   bool HasWork() const override { return !changed_.empty(); }
-  void Cancel() override { changed_.clear(); }
-
-  absl::Status Finish() override {
-    int64_t vertices = static_cast<int64_t>(map_.template number_of_attributes<0>());
-    for (const auto& [v, shared] : shared_) {
-      if (shared.lowest != shared.own) --vertices;
-    }
-    report_.counts["vertices"] = vertices;
-    return absl::OkStatus();
+  void Cancel() override {
+    cancelled_ = true;
+    changed_.clear();
   }
 
-  Report report() const override { return report_; }
+  absl::StatusOr<bool> Finish(size_t) override {
+    report_.counts["vertices"] =
+        static_cast<int64_t>(map_.template number_of_attributes<0>()) - counted_elsewhere_;
+    return true;
+  }
+
+  Report report() const override {
+    if (!cancelled_) return report_;
+    Report report;
+    report.counts["cancelled"] = 1;
+    return report;
+  }
 
  private:
   // A vertex on critical faces.
@@ -121,35 +141,40 @@ class Count final : public BlockAlgorithm {
     std::vector<Dart> darts;
   };
 
-  void CountCells() {
+  void CountCell(Cell cell) {
+    const auto& info = map_.template info_of_attribute<3>(cell);
+    ++levels_[info.id.level()];
+    ++states_[static_cast<size_t>(info.state)];
+  }
+
+  void CountAll() {
     auto& counts = report_.counts;
     counts["darts"] = static_cast<int64_t>(map_.number_of_darts());
     counts["critical_darts"] = static_cast<int64_t>(block_.critical_count());
     counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
     counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>());
-    std::array<int64_t, CellId::kMaxLevel + 1> levels{};
-    std::array<int64_t, 5> states{};
-    auto& cells = map_.template attributes<3>();
-    for (auto it = cells.begin(); it != cells.end(); ++it) {
-      const auto& info = map_.template info_of_attribute<3>(it);
-      ++levels[info.id.level()];
-      ++states[static_cast<size_t>(info.state)];
+    for (size_t l = 0; l < levels_.size(); ++l) {
+      if (levels_[l] != 0) counts[absl::StrCat("level_", l)] = levels_[l];
     }
-    for (size_t l = 0; l < levels.size(); ++l) {
-      if (levels[l] != 0) counts[absl::StrCat("level_", l)] = levels[l];
-    }
-    counts["cut"] = states[static_cast<size_t>(CellState::kCut)];
-    counts["inside"] = states[static_cast<size_t>(CellState::kInside)];
-    counts["outside"] = states[static_cast<size_t>(CellState::kOutside)];
-    counts["unclassified"] =
-        states[static_cast<size_t>(CellState::kUnknown)] + states[static_cast<size_t>(CellState::kClear)];
+    const auto in_state = [this](CellState state) { return states_[static_cast<size_t>(state)]; };
+    counts["cut"] = in_state(CellState::kCut);
+    counts["inside"] = in_state(CellState::kInside);
+    counts["outside"] = in_state(CellState::kOutside);
+    counts["unclassified"] = in_state(CellState::kUnknown) + in_state(CellState::kClear);
   }
 
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
+  PartialScan<const absl::flat_hash_map<Label, Dart>> labels_;
+  PartialScan<typename Lcc::template Attribute_range<3>::type> cells_;
+  bool cancelled_ = false;
   absl::flat_hash_map<Vertex, Shared, HandleHash<Vertex>> shared_;
+  // Shared vertices of which another block has a lower number.
+  int64_t counted_elsewhere_ = 0;
   std::vector<Vertex> changed_;
+  std::array<int64_t, CellId::kMaxLevel + 1> levels_{};
+  std::array<int64_t, 5> states_{};
   Report report_;
 };
 

@@ -5,7 +5,7 @@
 // dart leads to is asked of the peer, never predicted. So blocks add up their sums, and neither their number
 // nor the order of messages nor the numbering of darts matters.
 //
-// Counts: darts. Digest: the sum.
+// Counts: darts. Digest: the sum. A cancelled hash has neither: its count is cancelled.
 #pragma once
 
 #include <xxhash.h>
@@ -45,7 +45,13 @@ class Hash final : public BlockAlgorithm {
 
   Hash(Routing routing, BlockT& block) : routing_(routing), block_(block), map_(block.map()) {}
 
-  absl::Status Start() override { return absl::OkStatus(); }
+  bool changes_map() const override { return false; }
+
+  absl::StatusOr<bool> Start(size_t) override {
+    // A table that grows is copied in one go.
+    answered_.reserve(block_.critical_count());
+    return true;
+  }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
     Seen beyond;
@@ -87,21 +93,23 @@ class Hash final : public BlockAlgorithm {
     return steps;
   }
 
-  bool HasWork() const override { return next_ < DartIndexBound(map_); }
-  void Cancel() override {
-    cancelled_ = true;
-    next_ = DartIndexBound(map_);
-  }
+  bool HasWork() const override { return !cancelled_ && next_ < DartIndexBound(map_); }
+  void Cancel() override { cancelled_ = true; }
 
-  absl::Status Finish() override {
+  absl::StatusOr<bool> Finish(size_t) override {
     // Peers were cancelled as well and may not have answered.
-    if (cancelled_ || answered_.size() == block_.critical_count()) return absl::OkStatus();
+    if (cancelled_ || answered_.size() == block_.critical_count()) return true;
     return absl::InternalError(absl::StrCat("block ", block_.id().value, ": ", answered_.size(), " of ",
                                             block_.critical_count(), " critical darts were answered for"));
   }
 
   Report report() const override {
     Report report;
+    // A sum over some of the darts is the hash of no map.
+    if (cancelled_) {
+      report.counts["cancelled"] = 1;
+      return report;
+    }
     report.counts["darts"] = darts_;
     report.digest = sum_;
     return report;

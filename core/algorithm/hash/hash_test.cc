@@ -25,12 +25,12 @@ TEST(HashTest, OneThatWasCancelledIsNoFailureAndOneWithoutAnswersIs) {
     const Environment environment{BlockId{0}, 2, Routing::kDirect, nullptr, nullptr};
     auto hash = MakeAlgorithm("hash", {}, environment, blocks[0]);
     ASSERT_TRUE(hash.ok()) << hash.status();
-    ASSERT_TRUE((*hash)->Start().ok());
+    ASSERT_TRUE((*hash)->Start(1).value());
     SilentOutbox out;
     while ((*hash)->HasWork()) ASSERT_TRUE((*hash)->Work(100, out).ok());
     EXPECT_GT(out.sent, 0);
     if (cancelled) (*hash)->Cancel();
-    EXPECT_EQ((*hash)->Finish().ok(), cancelled);
+    EXPECT_EQ((*hash)->Finish(1).ok(), cancelled);
   }
 }
 

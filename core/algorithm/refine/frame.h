@@ -5,11 +5,13 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "absl/container/inlined_vector.h"
 #include "core/algorithm/refine/hexahedron.h"
 #include "core/geometry/surface.h"
 #include "core/map/block.h"
+#include "core/map/partial_scan.h"
 
 namespace ndmap {
 
@@ -142,24 +144,43 @@ class Frame {
   }
 };
 
-// The bounding box of a block's vertices. O(vertices).
+// The bounding box of a block's vertices, a part of them at a time.
+template <class BlockT>
+class VertexBounds {
+ public:
+  using Lcc = typename BlockT::Lcc;
+
+  explicit VertexBounds(BlockT& block) : map_(block.map()), vertices_(block.map().template attributes<0>()) {}
+
+  // Looks at `budget` vertices at most; true when all were looked at.
+  bool Next(size_t budget) {
+    return vertices_.Next(&budget, [this](typename BlockT::Types::Vertex v) {
+      const auto& p = map_.point_of_vertex_attribute(v);
+      const Point3 q{p.x(), p.y(), p.z()};
+      if (!any_) box_ = {q, q};
+      any_ = true;
+      for (int c = 0; c < 3; ++c) {
+        box_.lo[c] = std::min(box_.lo[c], q[c]);
+        box_.hi[c] = std::max(box_.hi[c], q[c]);
+      }
+    });
+  }
+  // A block without vertices: some box.
+  const Box3& box() const { return box_; }
+
+ private:
+  Lcc& map_;
+  PartialScan<typename Lcc::template Attribute_range<0>::type> vertices_;
+  bool any_ = false;
+  Box3 box_;
+};
+
+// The same in one go. O(vertices).
 template <class BlockT>
 Box3 VertexBox(BlockT& block) {
-  auto& map = block.map();
-  auto& vertices = map.template attributes<0>();
-  Box3 box;
-  bool any = false;
-  for (auto it = vertices.begin(); it != vertices.end(); ++it) {
-    const auto& p = map.point_of_vertex_attribute(it);
-    const Point3 q{p.x(), p.y(), p.z()};
-    if (!any) box = {q, q};
-    any = true;
-    for (int c = 0; c < 3; ++c) {
-      box.lo[c] = std::min(box.lo[c], q[c]);
-      box.hi[c] = std::max(box.hi[c], q[c]);
-    }
-  }
-  return box;
+  VertexBounds<BlockT> bounds(block);
+  bounds.Next(std::numeric_limits<size_t>::max());
+  return bounds.box();
 }
 
 // The closed axis-aligned box of the corners.

@@ -28,6 +28,7 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/refine/oracle.h"
 #include "core/algorithm/refine/subdivider.h"
+#include "core/map/partial_scan.h"
 
 namespace ndmap {
 
@@ -75,24 +76,26 @@ class Refine final : public BlockAlgorithm {
 
   Refine(Options options, const Environment& environment, std::unique_ptr<RefineOracle> oracle, BlockT& block)
       : options_(options),
-        environment_(environment),
+        routing_(environment.routing),
         oracle_(std::move(oracle)),
         block_(block),
         map_(block.map()),
-        subdivider_(block) {}
+        subdivider_(block),
+        cells_(map_.template attributes<3>()),
+        labels_(block.labels()) {}
 
-  absl::Status Start() override {
-    auto& cells = map_.template attributes<3>();
-    for (auto it = cells.begin(); it != cells.end(); ++it) {
-      const int level = map_.template info_of_attribute<3>(it).id.level();
+  absl::StatusOr<bool> Start(size_t budget) override {
+    // The roots are needed when it was cancelled, too: others may have begun to split.
+    if (routing_ == Routing::kBroadcast &&
+        !labels_.Next(&budget, [this](auto it) { roots_.insert(it->first.root); })) {
+      return false;
+    }
+    return cancelled_ || cells_.Next(&budget, [this](Cell cell) {
+      const int level = map_.template info_of_attribute<3>(cell).id.level();
       if (level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level)) {
-        todo_.push_back(it);
+        todo_.push_back(cell);
       }
-    }
-    if (environment_.routing == Routing::kBroadcast) {
-      for (const auto& [label, dart] : block_.labels()) roots_.insert(label.root);
-    }
-    return absl::OkStatus();
+    });
   }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox& out) override {
@@ -105,7 +108,7 @@ class Refine final : public BlockAlgorithm {
       return absl::InvalidArgumentError(
           absl::StrCat("refine: label ", ToString(message.label), " from block ", from.value));
     }
-    if (environment_.routing == Routing::kBroadcast && !roots_.contains(message.label.root)) {
+    if (routing_ == Routing::kBroadcast && !roots_.contains(message.label.root)) {
       return absl::OkStatus();
     }
     absl::Status status = Handle(message.kind, message.label, out);
@@ -143,10 +146,13 @@ class Refine final : public BlockAlgorithm {
   }
 
   bool HasWork() const override { return !todo_.empty(); }
-  void Cancel() override { todo_.clear(); }
+  void Cancel() override {
+    cancelled_ = true;
+    todo_.clear();
+  }
 
-  absl::Status Finish() override {
-    if (kept_count_ == 0) return absl::OkStatus();
+  absl::StatusOr<bool> Finish(size_t) override {
+    if (kept_count_ == 0) return true;
     return absl::InternalError(absl::StrCat("block ", block_.id().value, ": ", kept_count_,
                                             " messages still wait at the end of the phase, one for label ",
                                             ToString(kept_.begin()->first)));
@@ -207,7 +213,7 @@ class Refine final : public BlockAlgorithm {
   }
 
   void Tell(RefineMessage kind, const Label& label, Dart critical, Outbox& out) {
-    if (environment_.routing == Routing::kBroadcast) {
+    if (routing_ == Routing::kBroadcast) {
       out.Broadcast({kind, label, {}});
     } else {
       out.Send(block_.critical(critical).peer, {kind, label, {}});
@@ -301,11 +307,14 @@ class Refine final : public BlockAlgorithm {
   }
 
   const Options options_;
-  const Environment environment_;
+  const Routing routing_;
   const std::unique_ptr<RefineOracle> oracle_;
   BlockT& block_;
   Lcc& map_;
   Subdivider<BlockT> subdivider_;
+  PartialScan<typename Lcc::template Attribute_range<3>::type> cells_;
+  PartialScan<const absl::flat_hash_map<Label, Dart>> labels_;
+  bool cancelled_ = false;
   std::vector<Cell> todo_;
   // Roots held when the phase began; with broadcast routing, everything else is somebody else's.
   absl::flat_hash_set<uint64_t> roots_;

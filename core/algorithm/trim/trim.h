@@ -19,6 +19,7 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/map/block.h"
 #include "core/map/handle_hash.h"
+#include "core/map/partial_scan.h"
 
 namespace ndmap {
 
@@ -60,25 +61,18 @@ class Trim final : public BlockAlgorithm {
   };
 
   Trim(Keep keep, Routing routing, BlockT& block)
-      : keep_(keep), routing_(routing), block_(block), map_(block.map()) {}
+      : keep_(keep),
+        routing_(routing),
+        block_(block),
+        map_(block.map()),
+        scan_(map_.template attributes<3>()) {}
 
-  absl::Status Start() override {
-    const bool all = keep_.inside && keep_.cut && keep_.outside;
-    auto& cells = map_.template attributes<3>();
-    for (auto it = cells.begin(); it != cells.end(); ++it) {
-      const CellState state = map_.template info_of_attribute<3>(it).state;
-      if (listed_.has_value()) {
-        if (listed_->contains(map_.template info_of_attribute<3>(it).id)) todo_.push_back(it);
-        continue;
-      }
-      if (!all && (state == CellState::kUnknown || state == CellState::kClear)) {
-        return absl::FailedPreconditionError(
-            absl::StrCat("block ", block_.id().value, ": hexahedron ",
-                         map_.template info_of_attribute<3>(it).id.ToString(), " is not classified"));
-      }
-      if (!Kept(state)) todo_.push_back(it);
-    }
-    return absl::OkStatus();
+  absl::StatusOr<bool> Start(size_t budget) override {
+    if (cancelled_) return true;
+    absl::Status status;
+    const bool all = scan_.Next(&budget, [&](Cell cell) { status.Update(Look(cell)); });
+    if (!status.ok()) return status;
+    return all;
   }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox&) override {
@@ -113,8 +107,11 @@ class Trim final : public BlockAlgorithm {
   }
 
   bool HasWork() const override { return !todo_.empty() || !order_.empty(); }
-  void Cancel() override { todo_.clear(); }
-  absl::Status Finish() override { return absl::OkStatus(); }
+  void Cancel() override {
+    cancelled_ = true;
+    todo_.clear();
+  }
+  absl::StatusOr<bool> Finish(size_t) override { return true; }
 
   Report report() const override {
     Report report;
@@ -134,6 +131,22 @@ class Trim final : public BlockAlgorithm {
       default:
         return keep_.outside;
     }
+  }
+
+  // Whether the cell is to go.
+  absl::Status Look(Cell cell) {
+    const auto& info = map_.template info_of_attribute<3>(cell);
+    if (listed_.has_value()) {
+      if (listed_->contains(info.id)) todo_.push_back(cell);
+      return absl::OkStatus();
+    }
+    const bool all = keep_.inside && keep_.cut && keep_.outside;
+    if (!all && (info.state == CellState::kUnknown || info.state == CellState::kClear)) {
+      return absl::FailedPreconditionError(absl::StrCat("block ", block_.id().value, ": hexahedron ",
+                                                        info.id.ToString(), " is not classified"));
+    }
+    if (!Kept(info.state)) todo_.push_back(cell);
+    return absl::OkStatus();
   }
 
   void RemoveCell(Cell cell, Outbox& out) {
@@ -228,6 +241,8 @@ class Trim final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
+  PartialScan<typename Lcc::template Attribute_range<3>::type> scan_;
+  bool cancelled_ = false;
   std::vector<Cell> todo_;
   std::vector<Dart> darts_;
   // Darts that lost the dart beyond their face and are still here; and all that ever did, in order.
