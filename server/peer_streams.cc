@@ -154,7 +154,10 @@ class PeerStream : public std::enable_shared_from_this<PeerStream> {
     error_ = absl::StrCat("to ", address_, ": ", status.error_message());
     if (stopped_ || unacknowledged_.empty()) return;
     alarm_set_ = true;
-    alarm_.Set(std::chrono::system_clock::now() + backoff_, [self = shared_from_this()](bool) {
+    // Weakly: an alarm keeps what it called until it is set again, so the stream would keep itself.
+    alarm_.Set(std::chrono::system_clock::now() + backoff_, [weak = weak_from_this()](bool) {
+      const std::shared_ptr<PeerStream> self = weak.lock();
+      if (self == nullptr) return;
       absl::MutexLock lock(&self->mutex_);
       self->alarm_set_ = false;
       self->Pump();
