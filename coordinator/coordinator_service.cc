@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "coordinator/create_map.h"
 #include "coordinator/placement.h"
@@ -67,8 +68,8 @@ grpc::Status CoordinatorServiceImpl::RegisterServer(grpc::ServerContext*,
 }
 
 grpc::Status CoordinatorServiceImpl::Heartbeat(grpc::ServerContext*, const v1::HeartbeatRequest* request,
-                                               v1::HeartbeatResponse*) {
-  return ToGrpc(state_->Heartbeat(*request));
+                                               v1::HeartbeatResponse* response) {
+  return ToGrpc(state_->Heartbeat(*request, response));
 }
 
 grpc::Status CoordinatorServiceImpl::ListServers(grpc::ServerContext*, const v1::ListServersRequest*,
@@ -172,6 +173,8 @@ grpc::Status CoordinatorServiceImpl::DeleteMap(grpc::ServerContext*, const v1::D
   if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
   absl::StatusOr<v1::Map> map = state_->RemoveMap(request->map());
   if (!map.ok()) return ToGrpc(map.status());
+  // Also when an exception ends the call.
+  const absl::Cleanup free_name = [&] { state_->FreeName(request->map()); };
   runner_->DropMap(*map);
   return grpc::Status::OK;
 }

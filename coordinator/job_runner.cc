@@ -108,11 +108,14 @@ void JobRunner::DropMap(const v1::Map& map) {
   const std::vector<Target> targets = Targets(map);
   v1::DropMapRequest request;
   request.set_map(map.map());
+  request.set_map_number(map.number());
   std::vector<v1::DropMapResponse> responses;
   absl::Status status = CallAll<v1::DropMapRequest, v1::DropMapResponse>(
       targets, std::vector<v1::DropMapRequest>(targets.size(), request), &responses, &Async::DropMap,
       [this](const Target& target) { return Watched(target); });
-  if (!status.ok()) spdlog::warn("dropping map \"{}\": {}", map.map(), std::string(status.message()));
+  // A server that was lost and is heard of again is told then.
+  if (!status.ok() && !absl::IsNotFound(status))
+    spdlog::warn("dropping map \"{}\": {}", map.map(), std::string(status.message()));
 }
 
 void JobRunner::RunJob(const v1::Job& job, bool create) {
@@ -185,6 +188,7 @@ absl::Status JobRunner::CreateBlocks(Run& run) {
     requests[i].set_routing(run.map.routing());
     requests[i].set_surface_id(run.map.surface_id());
     *requests[i].mutable_grid() = run.map.grid();
+    requests[i].set_map_number(run.map.number());
     for (const v1::BlockPlacement& placement : run.map.blocks()) {
       if (placement.server_id() == run.targets[i].server_id) requests[i].add_blocks(placement.block());
     }

@@ -8,6 +8,12 @@
 #include "service/surface_transfer.h"
 
 namespace ndmap::coordinator {
+namespace {
+
+// Surfaces that no map uses: few are between their upload and a map for long.
+constexpr size_t kUnusedSurfaces = 100;
+
+}  // namespace
 
 v1::RegisterServerResponse State::Register(const v1::RegisterServerRequest& request) {
   v1::RegisterServerResponse response;
@@ -30,7 +36,7 @@ v1::RegisterServerResponse State::Register(const v1::RegisterServerRequest& requ
   return response;
 }
 
-absl::Status State::Heartbeat(const v1::HeartbeatRequest& request) {
+absl::Status State::Heartbeat(const v1::HeartbeatRequest& request, v1::HeartbeatResponse* response) {
   absl::MutexLock lock(&mutex_);
   auto it = servers_.find(request.server_id());
   if (it == servers_.end() || it->second.server.incarnation() != request.incarnation()) {
@@ -38,6 +44,13 @@ absl::Status State::Heartbeat(const v1::HeartbeatRequest& request) {
         absl::StrCat("server ", request.server_id(), " is not known in this incarnation"));
   }
   it->second.last_seen = absl::Now();
+  if (response == nullptr) return absl::OkStatus();
+  for (const v1::MapNumber& there : request.maps()) {
+    const auto map = maps_.find(there.map());
+    // A map is entered here before its blocks are made, so what is unknown was deleted.
+    const bool wanted = map != maps_.end() && map->second.number() == there.number();
+    if (!wanted) *response->add_drop() = there;
+  }
   return absl::OkStatus();
 }
 
@@ -74,32 +87,42 @@ absl::Status State::CheckServer(uint32_t server_id, uint64_t incarnation) const 
   return absl::OkStatus();
 }
 
-uint64_t State::SurfaceBytesLocked() const {
-  uint64_t bytes = 0;
-  for (const auto& [id, surface] : surfaces_) bytes += surface.bytes;
-  return bytes;
-}
-
-absl::Status State::CheckSurfaceRoom(uint64_t bytes) const {
-  absl::MutexLock lock(&mutex_);
-  const uint64_t kept = SurfaceBytesLocked();
-  if (bytes <= options_.max_surface_bytes && kept <= options_.max_surface_bytes - bytes)
-    return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      absl::StrCat("a surface of ", bytes, " bytes does not fit: ", kept, " of ", options_.max_surface_bytes,
-                   " bytes are taken (--max-surface-bytes); delete maps or surfaces"));
+bool State::MakeRoom(uint64_t bytes) {
+  if (bytes > options_.max_surface_bytes) return false;
+  std::set<std::string> used;
+  for (const auto& [name, map] : maps_) used.insert(map.surface_id());
+  while (true) {
+    uint64_t kept = 0;
+    size_t unused = 0;
+    auto oldest = surfaces_.end();
+    for (auto it = surfaces_.begin(); it != surfaces_.end(); ++it) {
+      kept += it->second.bytes;
+      if (used.contains(it->first)) continue;
+      ++unused;
+      if (oldest == surfaces_.end() || it->second.order < oldest->second.order) oldest = it;
+    }
+    const bool fits = kept <= options_.max_surface_bytes - bytes;
+    if (fits && unused < kUnusedSurfaces) return true;
+    if (oldest == surfaces_.end()) return false;
+    surfaces_.erase(oldest);
+  }
 }
 
 absl::Status State::AddSurface(const std::string& id, const std::string& name, TriangleSurface content) {
   const uint64_t bytes = service::SurfaceBytes(content.points.size(), content.triangles.size());
-  {
-    absl::MutexLock lock(&mutex_);
-    if (surfaces_.contains(id)) return absl::OkStatus();
-  }
-  if (absl::Status status = CheckSurfaceRoom(bytes); !status.ok()) return status;
   auto shared = std::make_shared<const TriangleSurface>(std::move(content));
   absl::MutexLock lock(&mutex_);
-  surfaces_[id] = {name, std::move(shared), bytes};
+  if (auto there = surfaces_.find(id); there != surfaces_.end()) {
+    there->second.order = ++last_surface_;
+    return absl::OkStatus();
+  }
+  if (!MakeRoom(bytes)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("a surface of ", bytes,
+                     " bytes does not fit beside those that maps use: the limit of all surfaces is ",
+                     options_.max_surface_bytes, " bytes (--max-surface-bytes); delete maps"));
+  }
+  surfaces_[id] = {name, std::move(shared), bytes, ++last_surface_};
   return absl::OkStatus();
 }
 

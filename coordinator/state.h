@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,18 +34,22 @@ class State {
   // --- Servers. ---
   // Also renames nothing: an address that was there before keeps its number and gets a new incarnation.
   v1::RegisterServerResponse Register(const v1::RegisterServerRequest& request);
-  absl::Status Heartbeat(const v1::HeartbeatRequest& request);
+  // `response` (may be null) is told which of the server's maps are to be dropped.
+  absl::Status Heartbeat(const v1::HeartbeatRequest& request, v1::HeartbeatResponse* response = nullptr);
   std::vector<v1::Server> Servers() const;
   // OK while the server is in this incarnation and its lease runs; otherwise UNAVAILABLE that names it.
   absl::Status CheckServer(uint32_t server_id, uint64_t incarnation) const;
 
   // --- Surfaces. ---
-  absl::Status CheckSurfaceRoom(uint64_t bytes) const;
+  // Keeps a surface for maps to come. When there is no room, or too many are unused, those that no map uses
+  // are forgotten, the oldest first. RESOURCE_EXHAUSTED names the limit.
   absl::Status AddSurface(const std::string& id, const std::string& name, TriangleSurface surface);
   struct Surface {
     std::string name;
     std::shared_ptr<const TriangleSurface> content;
     uint64_t bytes = 0;
+    // Higher for one that was sent later.
+    uint64_t order = 0;
   };
   absl::StatusOr<Surface> FindSurface(const std::string& id) const;
   absl::Status DeleteSurface(const std::string& id);
@@ -56,8 +61,10 @@ class State {
   absl::StatusOr<v1::Job> AddJob(const v1::StartJobRequest& request, bool changes_map);
   absl::StatusOr<v1::Map> FindMap(const std::string& map) const;
   std::vector<v1::Map> Maps() const;
-  // Takes the map out. FAILED_PRECONDITION while a job runs on it.
+  // Takes the map out; its name stays taken until FreeName(). FAILED_PRECONDITION while a job runs on it.
   absl::StatusOr<v1::Map> RemoveMap(const std::string& map);
+  // Its blocks are dropped, or will be when their servers are heard of again.
+  void FreeName(const std::string& map);
 
   absl::StatusOr<v1::Job> FindJob(uint64_t job) const;
   // Without results; the newest last.
@@ -92,15 +99,20 @@ class State {
   absl::StatusOr<JobRecord*> FindRecord(uint64_t job) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool Alive(const ServerRecord& record) const { return absl::Now() - record.last_seen < options_.lease; }
   absl::Status CheckFree(const v1::Map& map) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  uint64_t SurfaceBytesLocked() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Forgets unused surfaces until one of `bytes` fits; false if it does not even then.
+  bool MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const StateOptions options_;
   mutable absl::Mutex mutex_;
   std::map<uint32_t, ServerRecord> servers_ ABSL_GUARDED_BY(mutex_);
   // Never the same in two lives of the coordinator: a server of an earlier one is not taken for a newer.
+  // Numbers maps, too.
   uint64_t last_incarnation_ ABSL_GUARDED_BY(mutex_) = static_cast<uint64_t>(absl::ToUnixNanos(absl::Now()));
   std::map<std::string, Surface> surfaces_ ABSL_GUARDED_BY(mutex_);
+  uint64_t last_surface_ ABSL_GUARDED_BY(mutex_) = 0;
   std::map<std::string, v1::Map> maps_ ABSL_GUARDED_BY(mutex_);
+  // Names of maps whose blocks are being dropped.
+  std::set<std::string> leaving_ ABSL_GUARDED_BY(mutex_);
   std::map<uint64_t, std::unique_ptr<JobRecord>> jobs_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_job_ ABSL_GUARDED_BY(mutex_) = 0;
 };

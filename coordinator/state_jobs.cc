@@ -22,6 +22,14 @@ absl::Status NoMap(const std::string& map) {
   return absl::NotFoundError(absl::StrCat("there is no map \"", map, "\""));
 }
 
+// Jobs are remembered when they have ended; assignments and lists of hexahedra, of megabytes, are not.
+void Shorten(v1::Phase& phase) {
+  constexpr size_t kKeptBytes = 4096;
+  for (auto& [name, value] : *phase.mutable_parameters()) {
+    if (value.size() > kKeptBytes) value = absl::StrCat("(", value.size(), " bytes)");
+  }
+}
+
 }  // namespace
 
 v1::Job State::NewJob(const std::string& map, const std::string& kind, bool changes_map,
@@ -54,7 +62,15 @@ absl::StatusOr<v1::Job> State::AddMap(v1::Map map, v1::Phase build) {
   if (maps_.contains(map.map())) {
     return absl::AlreadyExistsError(absl::StrCat("there is a map \"", map.map(), "\" already"));
   }
+  if (leaving_.contains(map.map())) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map \"", map.map(), "\" is still being deleted: try again in a moment"));
+  }
+  if (!map.surface_id().empty() && !surfaces_.contains(map.surface_id())) {
+    return absl::NotFoundError(absl::StrCat("surface ", map.surface_id(), " was deleted: upload it again"));
+  }
   map.set_state(v1::MAP_STATE_CREATING);
+  map.set_number(++last_incarnation_);
   const std::string name = map.map();
   maps_[name] = std::move(map);
   return NewJob(name, "create", true, {std::move(build)});
@@ -75,6 +91,10 @@ absl::StatusOr<v1::Job> State::AddJob(const v1::StartJobRequest& request, bool c
   auto it = maps_.find(request.map());
   if (it == maps_.end()) return NoMap(request.map());
   if (absl::Status status = CheckFree(it->second); !status.ok()) return status;
+  if (it->second.unmade()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map \"", request.map(), "\" was never made (", it->second.error(), "): delete it"));
+  }
   if (it->second.state() == v1::MAP_STATE_FAILED && changes_map) {
     return absl::FailedPreconditionError(
         absl::StrCat("map \"", request.map(), "\" is not to be changed any more: ", it->second.error()));
@@ -107,7 +127,13 @@ absl::StatusOr<v1::Map> State::RemoveMap(const std::string& map) {
   if (absl::Status status = CheckFree(it->second); !status.ok()) return status;
   v1::Map result = std::move(it->second);
   maps_.erase(it);
+  leaving_.insert(map);
   return result;
+}
+
+void State::FreeName(const std::string& map) {
+  absl::MutexLock lock(&mutex_);
+  leaving_.erase(map);
 }
 
 absl::StatusOr<State::JobRecord*> State::FindRecord(uint64_t job) const {
@@ -174,6 +200,7 @@ void State::AddResult(uint64_t job, v1::PhaseResult result) {
   absl::MutexLock lock(&mutex_);
   absl::StatusOr<JobRecord*> record = FindRecord(job);
   if (!record.ok()) return;
+  Shorten(*result.mutable_phase());
   *(*record)->job.add_results() = std::move(result);
   (*record)->progress.set_phase_index(static_cast<uint32_t>((*record)->job.results_size()));
   ++(*record)->revision;
@@ -188,6 +215,7 @@ void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled, 
                 : cancelled  ? v1::JOB_STATE_CANCELLED
                              : v1::JOB_STATE_DONE);
   job.set_error(std::string(status.message()));
+  for (v1::Phase& phase : *job.mutable_phases()) Shorten(phase);
   job.set_ended(UnixSeconds(absl::Now()));
   v1::JobProgress& progress = (*record)->progress;
   progress.set_state(job.state());
@@ -199,14 +227,14 @@ void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled, 
   v1::Map& map = it->second;
   auto* running = map.mutable_running_jobs();
   running->erase(std::remove(running->begin(), running->end(), number), running->end());
-  const bool unmade = cancelled && map.state() == v1::MAP_STATE_CREATING;
-  const bool harmed = changed || map.state() == v1::MAP_STATE_CREATING;
-  if (job.changes_map() && ((!status.ok() && harmed) || unmade)) {
+  const bool creating = map.state() == v1::MAP_STATE_CREATING;
+  const bool unmade = creating && (cancelled || !status.ok());
+  if (unmade || (job.changes_map() && !status.ok() && changed)) {
     map.set_state(v1::MAP_STATE_FAILED);
-    map.set_error(
-        absl::StrCat("job ", number, " (", job.kind(), ") ",
-                     unmade && status.ok() ? "was cancelled" : absl::StrCat("failed: ", job.error())));
-  } else if (map.state() == v1::MAP_STATE_CREATING) {
+    map.set_unmade(unmade);
+    map.set_error(absl::StrCat("job ", number, " (", job.kind(), ") ",
+                               status.ok() ? "was cancelled" : absl::StrCat("failed: ", job.error())));
+  } else if (creating) {
     map.set_state(v1::MAP_STATE_READY);
   }
 }

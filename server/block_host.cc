@@ -79,6 +79,12 @@ absl::StatusOr<BlockHost::HostedBlock*> BlockHost::FindBlock(HostedMap& map, uin
       absl::StrCat("server ", address_, " does not have block ", block, " of map \"", map.name, "\""));
 }
 
+bool BlockHost::Used(const HostedSurface& surface) const {
+  return std::any_of(maps_.begin(), maps_.end(), [&](const auto& m) {
+    return m.second->surface != nullptr && m.second->surface->surface == surface.surface;
+  });
+}
+
 absl::Status BlockHost::PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes) {
   auto bytes = [](const TriangleSurface& s) {
     return service::SurfaceBytes(s.points.size(), s.triangles.size());
@@ -87,17 +93,31 @@ absl::Status BlockHost::PutSurface(const std::string& id, TriangleSurface surfac
   shared->surface = std::make_shared<const TriangleSurface>(std::move(surface));
   uint64_t kept = bytes(*shared->surface);
   absl::MutexLock lock(&mutex_);
-  for (const auto& [other, there] : surfaces_) kept += other == id ? 0 : bytes(*there->surface);
-  if (kept > max_bytes) {
-    return absl::ResourceExhaustedError(absl::StrCat("server ", address_, " would keep ", kept,
-                                                     " bytes of surfaces, over its limit of ", max_bytes,
-                                                     " (--max-surface-bytes)"));
-  }
   // The same surface again, for another map: what was computed from it serves both. The entry is a new one,
   // so that it does not go with the map that used the old one.
-  std::shared_ptr<const HostedSurface>& entry = surfaces_[id];
-  if (entry != nullptr) *shared = *entry;
-  entry = std::move(shared);
+  if (auto there = surfaces_.find(id); there != surfaces_.end()) {
+    *shared = *there->second;
+    shared->order = ++last_surface_;
+    there->second = std::move(shared);
+    return absl::OkStatus();
+  }
+  for (const auto& [other, there] : surfaces_) kept += bytes(*there->surface);
+  while (kept > max_bytes) {
+    auto oldest = surfaces_.end();
+    for (auto it = surfaces_.begin(); it != surfaces_.end(); ++it) {
+      if (Used(*it->second)) continue;
+      if (oldest == surfaces_.end() || it->second->order < oldest->second->order) oldest = it;
+    }
+    if (oldest == surfaces_.end()) {
+      return absl::ResourceExhaustedError(absl::StrCat("server ", address_, " would keep ", kept,
+                                                       " bytes of surfaces, over its limit of ", max_bytes,
+                                                       " (--max-surface-bytes)"));
+    }
+    kept -= bytes(*oldest->second->surface);
+    surfaces_.erase(oldest);
+  }
+  shared->order = ++last_surface_;
+  surfaces_[id] = std::move(shared);
   return absl::OkStatus();
 }
 
@@ -109,6 +129,7 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
   }
   auto map = std::make_shared<HostedMap>();
   map->name = request.map();
+  map->number = request.map_number();
   map->block_count = request.block_count();
   map->routing = request.routing() == v1::ROUTING_BROADCAST ? Routing::kBroadcast : Routing::kDirect;
   if (request.has_grid()) {
@@ -156,9 +177,13 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
   }
 }
 
-absl::Status BlockHost::DropMap(const std::string& name) {
+absl::Status BlockHost::DropMap(const std::string& name, uint64_t number) {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();
+  if (number != 0 && (*map)->number != number) {
+    return absl::NotFoundError(
+        absl::StrCat("server ", address_, " has another map \"", name, "\" than number ", number));
+  }
   Drop(**map);
   // The surface goes with the last map that uses it.
   const std::shared_ptr<const HostedSurface> surface = (*map)->surface;
@@ -166,11 +191,7 @@ absl::Status BlockHost::DropMap(const std::string& name) {
   const bool used =
       std::any_of(maps_.begin(), maps_.end(), [&](const auto& m) { return m.second->surface == surface; });
   if (surface != nullptr && !used) {
-    for (auto it = surfaces_.begin(); it != surfaces_.end();) {
-      auto next = std::next(it);
-      if (it->second == surface) surfaces_.erase(it);
-      it = next;
-    }
+    absl::erase_if(surfaces_, [&](const auto& there) { return there.second == surface; });
   }
   return absl::OkStatus();
 }
@@ -192,6 +213,13 @@ void BlockHost::Drop(HostedMap& map) {
   }
   absl::MutexLock lock(&map.mutex);
   map.gone = true;
+}
+
+std::vector<std::pair<std::string, uint64_t>> BlockHost::Maps() const {
+  absl::MutexLock lock(&mutex_);
+  std::vector<std::pair<std::string, uint64_t>> maps;
+  for (const auto& [name, map] : maps_) maps.emplace_back(name, map->number);
+  return maps;
 }
 
 void BlockHost::DropEverything() {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -49,11 +50,15 @@ class BlockHost {
   // Where this process is reached: batches to blocks placed at this address stay in memory. Before any phase.
   void SetAddress(const std::string& address) { address_ = address; }
 
-  // Keeps a surface for the maps to come. RESOURCE_EXHAUSTED when all surfaces here would take more than
-  // `max_bytes`.
+  // Keeps a surface for the maps to come; one that is there already stays as it is. When all surfaces here
+  // would take more than `max_bytes`, those that no map uses go, the oldest first; RESOURCE_EXHAUSTED if that
+  // is not enough.
   absl::Status PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes);
   absl::Status CreateBlocks(const v1::CreateBlocksRequest& request);
-  absl::Status DropMap(const std::string& map);
+  // NOT_FOUND if it is not here, or is another one of that name (`number` other than 0).
+  absl::Status DropMap(const std::string& map, uint64_t number = 0);
+  // Names and numbers of the maps that are here.
+  std::vector<std::pair<std::string, uint64_t>> Maps() const;
   // After a new registration: the coordinator knows nothing of what was here.
   void DropEverything();
 
@@ -116,6 +121,8 @@ class BlockHost {
   // An algorithm for each block here, in their order.
   absl::Status MakeAlgorithms(HostedMap& map, const v1::Phase& phase,
                               std::vector<std::unique_ptr<BlockAlgorithm>>& made);
+  // Some map here holds its content.
+  bool Used(const HostedSurface& surface) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const HostOptions options_;
   const unsigned threads_;
@@ -129,6 +136,7 @@ class BlockHost {
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   absl::flat_hash_map<std::string, std::shared_ptr<HostedMap>> maps_ ABSL_GUARDED_BY(mutex_);
   absl::flat_hash_map<std::string, std::shared_ptr<const HostedSurface>> surfaces_ ABSL_GUARDED_BY(mutex_);
+  uint64_t last_surface_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace ndmap::server

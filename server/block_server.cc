@@ -35,8 +35,15 @@ absl::StatusOr<std::unique_ptr<BlockServer>> BlockServer::Start(BlockServerOptio
     request.set_address(address);
     *request.mutable_version() = options.version;
     request.set_capacity(threads);
-    server->registration_ = std::make_unique<Registration>(
-        options.coordinator, std::move(request), [host = &server->host_] { host->DropEverything(); });
+    BlockHost* const host = &server->host_;
+    Registration::Holdings holdings;
+    holdings.maps = [host] { return host->Maps(); };
+    holdings.drop = [host](const std::string& map, uint64_t number) {
+      host->DropMap(map, number).IgnoreError();
+    };
+    holdings.drop_everything = [host] { host->DropEverything(); };
+    server->registration_ =
+        std::make_unique<Registration>(options.coordinator, std::move(request), std::move(holdings));
     if (absl::Status s = server->registration_->Begin(options.coordinator_timeout); !s.ok()) return s;
   }
   return server;

@@ -112,7 +112,7 @@ grpc::Status BlockServiceImpl::CreateBlocks(grpc::ServerContext*, const v1::Crea
 
 grpc::Status BlockServiceImpl::DropMap(grpc::ServerContext*, const v1::DropMapRequest* request,
                                        v1::DropMapResponse*) {
-  return ToGrpc(host_->DropMap(request->map()));
+  return ToGrpc(host_->DropMap(request->map(), request->map_number()));
 }
 
 grpc::Status BlockServiceImpl::StartPhase(grpc::ServerContext*, const v1::StartPhaseRequest* request,

@@ -19,6 +19,8 @@ namespace ndmap::server {
 struct BlockHost::HostedSurface {
   std::shared_ptr<const TriangleSurface> surface;
   std::shared_ptr<ParityCache> parity = std::make_shared<ParityCache>();
+  // Higher for one that was put later.
+  uint64_t order = 0;
 };
 
 struct BlockHost::HostedBlock {
@@ -32,6 +34,8 @@ struct BlockHost::HostedBlock {
 
 struct BlockHost::HostedMap {
   std::string name;
+  // Of those that ever had the name.
+  uint64_t number = 0;
   uint32_t block_count = 0;
   Routing routing = Routing::kDirect;
   // Null when the map was made without.

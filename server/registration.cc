@@ -15,10 +15,10 @@
 namespace ndmap::server {
 
 Registration::Registration(const std::string& coordinator, v1::RegisterServerRequest request,
-                           std::function<void()> forget_everything)
+                           Holdings holdings)
     : coordinator_(coordinator),
       request_(std::move(request)),
-      forget_everything_(std::move(forget_everything)),
+      holdings_(std::move(holdings)),
       stub_(v1::Coordinator::NewStub(service::MakeChannel(coordinator))) {}
 
 Registration::~Registration() { Stop(); }
@@ -76,11 +76,20 @@ void Registration::Beat(absl::Duration deadline) {
   v1::HeartbeatRequest request;
   request.set_server_id(registered_.server_id());
   request.set_incarnation(registered_.incarnation());
+  for (const auto& [map, number] : holdings_.maps()) {
+    v1::MapNumber& here = *request.add_maps();
+    here.set_map(map);
+    here.set_number(number);
+  }
   v1::HeartbeatResponse response;
   const grpc::Status status = stub_->Heartbeat(&context, request, &response);
+  for (const v1::MapNumber& deleted : response.drop()) {
+    spdlog::info("map \"{}\" was deleted: its blocks are dropped", deleted.map());
+    holdings_.drop(deleted.map(), deleted.number());
+  }
   if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
     spdlog::warn("the coordinator at {} does not know this server any more: registering again", coordinator_);
-    forget_everything_();
+    holdings_.drop_everything();
     if (absl::Status s = Register(absl::Now() + deadline); !s.ok())
       spdlog::warn("{}", std::string(s.message()));
   } else if (status.ok() != reachable_) {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -16,11 +18,16 @@ namespace ndmap::server {
 
 // Keeps a server known to its coordinator: registers, renews the lease, and registers again when the
 // coordinator has forgotten it (it was restarted), after which nothing of what the server held is wanted any
-// more.
+// more. With every sign of life it says which maps are here, and drops those that were deleted meanwhile.
 class Registration {
  public:
-  Registration(const std::string& coordinator, v1::RegisterServerRequest request,
-               std::function<void()> forget_everything);
+  // What the maps that are here are asked of. Called from a thread of Registration's own.
+  struct Holdings {
+    std::function<std::vector<std::pair<std::string, uint64_t>>()> maps;
+    std::function<void(const std::string& map, uint64_t number)> drop;
+    std::function<void()> drop_everything;
+  };
+  Registration(const std::string& coordinator, v1::RegisterServerRequest request, Holdings holdings);
   ~Registration();
 
   // The first registration. Waits at most `timeout` for the coordinator; the error is one sentence.
@@ -35,7 +42,7 @@ class Registration {
 
   const std::string coordinator_;
   const v1::RegisterServerRequest request_;
-  const std::function<void()> forget_everything_;
+  const Holdings holdings_;
   const std::unique_ptr<v1::Coordinator::Stub> stub_;
   v1::RegisterServerResponse registered_;
   // Whether the last heartbeat was answered.
