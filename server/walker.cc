@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kMaxStarts = 1 << 16;
 constexpr size_t kMaxWord = 1 << 16;
+constexpr size_t kMaxTrace = 4097;
 
 void Describe(Block3& block, DartIndex index, v1::DartInfo& info) {
   auto& map = block.map();
@@ -73,7 +74,7 @@ absl::StatusOr<DartIndex> Begin(Block3& block, const v1::BetaStart& start) {
   }
 }
 
-absl::Status WalkOne(Block3& block, const v1::BetaStart& start, absl::Span<const uint8_t> word,
+absl::Status WalkOne(Block3& block, const v1::BetaStart& start, absl::Span<const uint8_t> word, bool trace,
                      v1::BetaResult& result) {
   absl::StatusOr<DartIndex> from = Begin(block, start);
   if (!from.ok()) return from.status();
@@ -81,7 +82,14 @@ absl::Status WalkOne(Block3& block, const v1::BetaStart& start, absl::Span<const
     result.set_end(v1::WALK_END_NO_LABEL);
     return absl::OkStatus();
   }
-  absl::StatusOr<WalkResult> walk = Walk(block, *from, word);
+  absl::StatusOr<WalkResult> walk = Walk(block, *from, trace ? word.first(0) : word);
+  if (walk.ok() && trace) Describe(block, walk->dart, *result.add_passed());
+  for (size_t i = 0; trace && walk.ok() && walk->end == WalkResult::End::kArrived && i < word.size(); ++i) {
+    walk = Walk(block, walk->dart, word.subspan(i, 1));
+    if (!walk.ok()) break;
+    if (walk->used > 0) Describe(block, walk->dart, *result.add_passed());
+    walk->used += i;
+  }
   if (!walk.ok()) return walk.status();
   Describe(block, walk->dart, *result.mutable_at());
   result.set_used(static_cast<uint32_t>(walk->used));
@@ -113,7 +121,9 @@ absl::Status Walker::InBlock(const v1::BetaRequest& request, v1::BetaResponse& r
     const int end =
         std::min<int>(next + 1 + static_cast<int>(1000 / (word.size() + 1)), request.starts_size());
     for (; next < end; ++next) {
-      if (absl::Status s = WalkOne(block, request.starts(next), word, *response.add_results()); !s.ok())
+      if (absl::Status s =
+              WalkOne(block, request.starts(next), word, request.trace(), *response.add_results());
+          !s.ok())
         return s;
     }
     return next == request.starts_size();
@@ -134,6 +144,13 @@ absl::Status Walker::Beta(const v1::BetaRequest& request, v1::BetaResponse& resp
     return absl::InvalidArgumentError(absl::StrCat(request.starts_size(), " starts and a word of ",
                                                    request.word().size(), " letters; at most ", kMaxStarts,
                                                    " and ", kMaxWord, " are allowed"));
+  }
+  if (request.trace() &&
+      (!request.stay() ||
+       static_cast<size_t>(request.starts_size()) * (request.word().size() + 1) > kMaxTrace)) {
+    return absl::InvalidArgumentError(absl::StrCat("a trace of ", request.starts_size(), " walks of ",
+                                                   request.word().size(), " letters; with stay, at most ",
+                                                   kMaxTrace, " darts are told"));
   }
   if (absl::Status status = InBlock(request, response); !status.ok() || request.stay()) return status;
   absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request.map());

@@ -10,20 +10,21 @@
 namespace ndmap::cli {
 namespace {
 
-struct Step {
-  Walked walked;
-  std::string server;
-};
-
-// The dart that the user named, as it is now.
-absl::StatusOr<v1::DartInfo> StartDart(const MapHandle& map, const DartName& name) {
-  if (name.any) return map.AnyDart(name.block);
-  v1::DartRef start;
-  start.set_block(name.block);
-  start.set_dart(name.dart);
-  absl::StatusOr<std::vector<Walked>> walked = map.Beta({start}, {});
-  if (!walked.ok()) return walked.status();
-  return walked->front().at;
+// The walk, begun again when the map changed under it while it went from block to block.
+absl::StatusOr<Traced> Walk(const MapHandle& map, const DartName& name, absl::Span<const uint8_t> word) {
+  constexpr int kAttempts = 20;
+  v1::BetaStart start;
+  if (name.any) {
+    start.set_any_dart(true);
+  } else {
+    start.mutable_dart()->set_block(name.block);
+    start.mutable_dart()->set_dart(name.dart);
+  }
+  absl::StatusOr<Traced> traced = map.Trace(name.block, start, word);
+  for (int i = 1; i < kAttempts && absl::IsAborted(traced.status()); ++i) {
+    traced = map.Trace(name.block, start, word);
+  }
+  return traced;
 }
 
 absl::StatusOr<int> Beta(Context& context, const std::string& name, const std::string& dart,
@@ -36,41 +37,37 @@ absl::StatusOr<int> Beta(Context& context, const std::string& name, const std::s
   if (!client.ok()) return client.status();
   absl::StatusOr<MapHandle> map = client->OpenMap(name);
   if (!map.ok()) return map.status();
-  absl::StatusOr<v1::DartInfo> at = StartDart(*map, *dart_name);
-  if (!at.ok()) return at.status();
+  const absl::StatusOr<Traced> traced = Walk(*map, *dart_name, *word);
+  if (!traced.ok()) return traced.status();
 
-  Json json{{"map", name}, {"word", *word}, {"start", DartAsJson(*at)}, {"steps", Json::array()}};
-  std::string text = absl::StrCat("start  ", DartAsText(*at), "\n");
+  Json json{{"map", name}, {"word", *word}, {"start", DartAsJson(traced->start)}, {"steps", Json::array()}};
+  std::string text = absl::StrCat("start  ", DartAsText(traced->start), "\n");
   uint32_t block_crossings = 0, server_crossings = 0;
-  bool free = false;
-  for (uint8_t letter : *word) {
-    absl::StatusOr<std::vector<Walked>> walked = map->Beta({at->dart()}, {letter});
-    if (!walked.ok()) return walked.status();
-    const Walked& step = walked->front();
-    free = step.free;
-    if (free) {
-      absl::StrAppend(&text, "beta ", int{letter}, ": the dart is free, this is the boundary of the map\n");
-      break;
-    }
+  for (size_t i = 0; i < traced->steps.size(); ++i) {
+    const Traced::Step& step = traced->steps[i];
     absl::StatusOr<std::string> server = map->AddressOf(step.at.dart().block());
     if (!server.ok()) return server.status();
     Json entry = DartAsJson(step.at);
-    entry["beta"] = int{letter};
+    entry["beta"] = int{(*word)[i]};
     entry["server"] = *server;
-    entry["crossed_block"] = step.block_crossings > 0;
-    entry["crossed_server"] = step.server_crossings > 0;
+    entry["crossed_block"] = step.crossed_block;
+    entry["crossed_server"] = step.crossed_server;
     json["steps"].push_back(std::move(entry));
-    absl::StrAppend(&text, "beta ", int{letter}, " ", DartAsText(step.at));
-    if (step.block_crossings > 0) absl::StrAppend(&text, "; crossed to block ", step.at.dart().block());
-    if (step.server_crossings > 0) absl::StrAppend(&text, " on another service, ", *server);
+    absl::StrAppend(&text, "beta ", int{(*word)[i]}, " ", DartAsText(step.at));
+    if (step.crossed_block) absl::StrAppend(&text, "; crossed to block ", step.at.dart().block());
+    if (step.crossed_server) absl::StrAppend(&text, " on another service, ", *server);
     text += "\n";
-    block_crossings += step.block_crossings;
-    server_crossings += step.server_crossings;
-    *at = step.at;
+    block_crossings += step.crossed_block ? 1 : 0;
+    server_crossings += step.crossed_server ? 1 : 0;
   }
-  json["end"] = free ? "free" : "arrived";
-  json["dart"] = absl::StrCat(at->dart().block(), ":", at->dart().dart());
-  json["used"] = json["steps"].size();
+  if (traced->free) {
+    absl::StrAppend(&text, "beta ", int{(*word)[traced->steps.size()]},
+                    ": the dart is free, this is the boundary of the map\n");
+  }
+  const v1::DartInfo& last = traced->steps.empty() ? traced->start : traced->steps.back().at;
+  json["end"] = traced->free ? "free" : "arrived";
+  json["dart"] = absl::StrCat(last.dart().block(), ":", last.dart().dart());
+  json["used"] = traced->steps.size();
   json["block_crossings"] = block_crossings;
   json["server_crossings"] = server_crossings;
   context.Print(json, text);

@@ -34,6 +34,19 @@ struct Walked {
   uint32_t server_crossings = 0;
 };
 
+// A walk with every dart on its way.
+struct Traced {
+  struct Step {
+    v1::DartInfo at;
+    bool crossed_block = false;
+    bool crossed_server = false;
+  };
+  v1::DartInfo start;
+  // One for each letter that was applied: all of them unless `free`.
+  std::vector<Step> steps;
+  bool free = false;
+};
+
 // A map, with the routing table as it was when the handle was made. Cheap to copy.
 class MapHandle {
  public:
@@ -81,6 +94,12 @@ class MapHandle {
   absl::Status Explore(const v1::ExploreRequest& request, PartSink take) const;
   // The chunk of hexahedra around a dart, with all links: what a Navigator (navigator.h) keeps.
   absl::StatusOr<v1::FetchCellsResponse> FetchCells(const v1::FetchCellsRequest& request) const;
+
+  // One walk from a dart, a label or any dart of a block, step by step; at most 4096 letters. The darts
+  // within a block are of one version of it, so it may be asked while a job changes the map. ABORTED when the
+  // map changed while the walk went from one block to another: ask again. Otherwise errors as of Beta.
+  absl::StatusOr<Traced> Trace(uint32_t block, const v1::BetaStart& start,
+                               absl::Span<const uint8_t> word) const;
 
   // Streams one block's piece, as written by the block's own server, and compares its checksum. `options` go
   // to the piece's writer ("cells": "polyhedron"). Not tried again: the sink may hold half a piece.

@@ -14,6 +14,16 @@ namespace {
 constexpr size_t kMaxStarts = 65536;
 constexpr size_t kMaxLetters = 65536;
 
+absl::Status CheckWord(absl::Span<const uint8_t> word) {
+  for (uint8_t letter : word) {
+    if (letter > 3) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("beta ", int{letter}, ": a map of dimension 3 has beta 0 ... 3"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 // One walk under way: where it goes on, and with which letter.
@@ -91,9 +101,9 @@ absl::Status MapHandle::Cross(Walker& walker, const v1::BetaResult& at) const {
       }
     }
     if (!found) {
-      return absl::InternalError(absl::StrCat("map '", name(), "': no block but ", walker.block,
-                                              " has label ", absl::Hex(at.label().root()), ":",
-                                              absl::Hex(at.label().path())));
+      return absl::AbortedError(absl::StrCat("map '", name(), "': no block but ", walker.block, " has label ",
+                                             absl::Hex(at.label().root()), ":", absl::Hex(at.label().path()),
+                                             " at the moment"));
     }
   }
   absl::StatusOr<std::string> from = AddressOf(walker.block);
@@ -147,14 +157,50 @@ absl::Status MapHandle::Go(absl::Span<Walker* const> walkers, absl::Span<const u
   return absl::OkStatus();
 }
 
+absl::StatusOr<Traced> MapHandle::Trace(uint32_t block, const v1::BetaStart& start,
+                                        absl::Span<const uint8_t> word) const {
+  if (absl::Status status = CheckWord(word); !status.ok()) return status;
+  Walker walker;
+  walker.block = block;
+  walker.start = start;
+  Traced traced;
+  bool begun = false, crossed_server = false;
+  while (true) {
+    const absl::Span<const uint8_t> rest = word.subspan(walker.next_letter);
+    v1::BetaRequest request;
+    request.set_map(name());
+    request.set_block(walker.block);
+    request.set_stay(true);
+    request.set_trace(true);
+    request.set_word(rest.data(), rest.size());
+    *request.add_starts() = walker.start;
+    absl::StatusOr<v1::BetaResponse> response = BetaInBlock(request);
+    if (!response.ok()) return response.status();
+    const v1::BetaResult& result = response->results(0);
+    if (result.end() == v1::WALK_END_NO_LABEL) {
+      return absl::AbortedError(absl::StrCat("map '", name(), "': block ", walker.block,
+                                             " does not have the label that leads to it at the moment"));
+    }
+    for (int i = 0; i < result.passed_size(); ++i) {
+      // The first dart of a block is where the walk began, or what the crossing's letter led to.
+      if (i > 0 || begun) traced.steps.push_back({result.passed(i), i == 0, i == 0 && crossed_server});
+      if (!begun) traced.start = result.passed(i);
+      begun = true;
+    }
+    walker.next_letter += result.used();
+    if (result.end() != v1::WALK_END_CROSSING) {
+      traced.free = result.end() == v1::WALK_END_FREE;
+      return traced;
+    }
+    const uint32_t before = walker.result.server_crossings;
+    if (absl::Status status = Cross(walker, result); !status.ok()) return status;
+    crossed_server = walker.result.server_crossings > before;
+  }
+}
+
 absl::StatusOr<std::vector<Walked>> MapHandle::Beta(absl::Span<const v1::DartRef> starts,
                                                     absl::Span<const uint8_t> word) const {
-  for (uint8_t letter : word) {
-    if (letter > 3) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("beta ", int{letter}, ": a map of dimension 3 has beta 0 ... 3"));
-    }
-  }
+  if (absl::Status status = CheckWord(word); !status.ok()) return status;
   std::vector<Walker> walkers(starts.size());
   for (size_t i = 0; i < starts.size(); ++i) {
     walkers[i].block = starts[i].block();
