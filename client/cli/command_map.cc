@@ -27,6 +27,9 @@ absl::StatusOr<int> PrintJob(Context& context, const absl::StatusOr<v1::Job>& jo
   return 0;
 }
 
+// Deletes a surface that was sent in vain. Another map may use it, and stays as it is.
+void ForgetSurface(const Client& client, const std::string& id) { client.DeleteSurface(id).IgnoreError(); }
+
 void AddCreate(CLI::App& app, Action& action) {
   struct Options {
     std::string map, surface;
@@ -52,13 +55,23 @@ void AddCreate(CLI::App& app, Action& action) {
       if (!file.ok()) return file.status();
       absl::StatusOr<GridShape> grid = MakeGrid(options->grid, file->surface);
       if (!grid.ok()) return grid.status();
+      if (absl::Status s = CheckDepth(*grid, options->depth.depth); !s.ok()) return s;
       WarnAboutSmallComponents(file->surface, *grid, context.progress);
       absl::StatusOr<std::string> id = client->UploadSurface(ViewOf(file->surface, options->surface));
       if (!id.ok()) return id.status();
       absl::StatusOr<JobHandle> job =
           client->CreateMap(CreateRequest(options->map, *id, *grid, options->grid, options->depth.depth));
-      if (!job.ok()) return job.status();
-      return PrintJob(context, WatchJob(context, *job, false));
+      if (!job.ok()) {
+        ForgetSurface(*client, *id);
+        return job.status();
+      }
+      absl::StatusOr<v1::Job> ended = WatchJob(context, *job, false);
+      // A map that was not made is of no use to anybody.
+      if (absl::IsAborted(ended.status()) || absl::IsCancelled(ended.status())) {
+        client->DeleteMap(options->map).IgnoreError();
+        ForgetSurface(*client, *id);
+      }
+      return PrintJob(context, ended);
     };
   });
 }
@@ -102,8 +115,11 @@ absl::StatusOr<int> Refine(Context& context, const RefineOptions& options) {
   if (!parameters.ok()) return parameters.status();
   absl::StatusOr<MapHandle> map = context.OpenMap(options.map);
   if (!map.ok()) return map.status();
-  absl::StatusOr<JobHandle> job =
-      map->StartJob("refine", RefinePhases(options.depth, options.async, *parameters));
+  if (absl::Status s = CheckDepthOfMap(map->info(), options.depth); !s.ok()) return s;
+  std::vector<v1::Phase> phases = RefinePhases(options.depth, options.async, *parameters);
+  // On which side of the surface the new hexahedra are.
+  if (!map->info().surface_id().empty()) phases.push_back(MakePhase("classify"));
+  absl::StatusOr<JobHandle> job = map->StartJob("refine", phases);
   if (!job.ok()) return job.status();
   if (options.no_wait) {
     context.Print({{"job", job->id()}, {"map", options.map}},

@@ -11,6 +11,7 @@
 #include "client/cli/estimate.h"
 #include "client/cli/progress.h"
 #include "client/cli/text.h"
+#include "core/algorithm/build/assignment.h"
 
 namespace ndmap::cli {
 
@@ -101,7 +102,22 @@ absl::StatusOr<GridShape> MakeGrid(const GridOptions& options, const TriangleSur
                                                    grid->CellCount(),
                                                    " hexahedra, a block needs at least one"));
   }
+  if (grid.ok()) {
+    if (absl::Status s = CheckPartition(options.partition, grid->CellCount()); !s.ok()) return s;
+  }
   return grid;
+}
+
+absl::Status CheckDepthOfMap(const v1::Map& map, int depth) {
+  const v1::Grid& wire = map.grid();
+  if (wire.cells_size() != 3 || wire.lo_size() != 3 || wire.hi_size() != 3) return absl::OkStatus();
+  GridShape grid;
+  for (int axis = 0; axis < 3; ++axis) {
+    grid.cells[axis] = wire.cells(axis);
+    grid.lo[axis] = wire.lo(axis);
+    grid.hi[axis] = wire.hi(axis);
+  }
+  return CheckDepth(grid, depth);
 }
 
 v1::CreateMapRequest CreateRequest(const std::string& map, const std::string& surface_id,
@@ -131,11 +147,13 @@ void AddDepthOptions(CLI::App* command, DepthOptions* options) {
 }
 
 absl::StatusOr<int> DepthOf(const DepthOptions& options, const GridShape& grid) {
-  if (options.size == 0) return options.depth;
-  const int depth = DepthForSize(grid, options.size);
-  if (depth <= kMaxDepth) return depth;
-  return absl::InvalidArgumentError(absl::StrCat("--size ", options.size, ": needs more than the ", kMaxDepth,
-                                                 " levels that labels and ids hold"));
+  const int depth = options.size == 0 ? options.depth : DepthForSize(grid, options.size);
+  if (depth > kMaxDepth) {
+    return absl::InvalidArgumentError(absl::StrCat("--size ", options.size, ": needs more than the ",
+                                                   kMaxDepth, " levels that labels and ids hold"));
+  }
+  if (absl::Status status = CheckDepth(grid, depth); !status.ok()) return status;
+  return depth;
 }
 
 void AddKeepOption(CLI::App* command, std::string* keep) {

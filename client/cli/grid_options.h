@@ -38,8 +38,12 @@ struct GridOptions {
 };
 void AddGridOptions(CLI::App* command, GridOptions* options);
 
-// The grid over a surface. INVALID_ARGUMENT in one sentence, also when there are more blocks than cells.
+// The grid over a surface. INVALID_ARGUMENT in one sentence, also when there are more blocks than cells,
+// or more cells than the partition can cut.
 absl::StatusOr<GridShape> MakeGrid(const GridOptions& options, const TriangleSurface& surface);
+
+// OK if the map's grid allows hexahedra of this level (CheckDepth), or is not known.
+absl::Status CheckDepthOfMap(const v1::Map& map, int depth);
 
 // The message that makes the map.
 v1::CreateMapRequest CreateRequest(const std::string& map, const std::string& surface_id,
@@ -50,7 +54,8 @@ struct DepthOptions {
   double size = 0;  // 0: not given
 };
 void AddDepthOptions(CLI::App* command, DepthOptions* options);
-// INVALID_ARGUMENT if the size asks for more than kMaxDepth levels.
+// INVALID_ARGUMENT if the size asks for more than kMaxDepth levels, OUT_OF_RANGE if the grid allows less than
+// asked for.
 absl::StatusOr<int> DepthOf(const DepthOptions& options, const GridShape& grid);
 
 // "inside", "cut", "inside,cut" or "all" for the algorithm trim.

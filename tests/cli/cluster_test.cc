@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/sdk/client.h"
+#include "core/io/surface_reader.h"
 #include "tests/cli/command.h"
 
 namespace ndmap::testing {
@@ -77,7 +78,8 @@ TEST_F(ClusterTest, AMapFromCreationToDeletion) {
 
   const json refined = Do({"refine", "torus", "--depth", "2"});
   EXPECT_EQ(refined["state"], "done");
-  EXPECT_EQ(refined["phases"].size(), 2u);
+  ASSERT_EQ(refined["phases"].size(), 3u);
+  EXPECT_EQ(refined["phases"][2]["phase"], "classify");
   const json trimmed = Do({"trim", "torus"});
   EXPECT_GT(trimmed["phases"][1]["counts"]["removed"], 0);
   const json stats = Do({"stats", "torus"});
@@ -105,7 +107,7 @@ TEST_F(ClusterTest, OraclesRefineWhatTheyShould) {
     options.insert(options.begin(), {"refine", "oracles"});
     int64_t sum = 0;
     const json job = Do(options);
-    for (const json& phase : job["phases"]) sum += phase["counts"]["refined"].get<int64_t>();
+    for (const json& phase : job["phases"]) sum += phase["counts"].value("refined", int64_t{0});
     return sum;
   };
   EXPECT_EQ(refined({"--depth", "1", "--oracle", "list", "--cells", "h0 h5"}), 2);
@@ -171,6 +173,43 @@ TEST_F(ClusterTest, BetaCrossesServicesAndComesBack) {
                 HasSubstr("crossed to block 1 on another service"));
     Do({"delete", "walk"});
   }
+}
+
+TEST_F(ClusterTest, ADepthThatFilesCannotNumberIsRefusedBeforeAnythingIsRefined) {
+  EXPECT_THAT(Fails({"create", "deep", *folder_ / "torus.off", "--grid", "6x6x3", "--depth", "29"}),
+              HasSubstr("on a grid of 6x6x3 numbers in files reach level 18"));
+  Create("deep");
+  EXPECT_THAT(Fails({"refine", "deep", "--depth", "19", "--oracle", "list", "--cells", "h0"}),
+              HasSubstr("on a grid of 6x6x3 numbers in files reach level 18"));
+  EXPECT_EQ(Do({"refine", "deep", "--depth", "18", "--oracle", "list", "--cells", "h0"})["state"], "done");
+  Do({"delete", "deep"});
+}
+
+TEST_F(ClusterTest, ATrimmedMapThatIsRefinedIsClassifiedAndTrimmedAgain) {
+  Create("trimmed");
+  Do({"trim", "trimmed"});
+  const json refined = Do({"refine", "trimmed", "--depth", "1"});
+  EXPECT_GT(refined["phases"][1]["counts"]["outside"], 0);
+  EXPECT_EQ(Do({"trim", "trimmed"})["phases"][1]["counts"]["removed"],
+            refined["phases"][1]["counts"]["outside"]);
+  Do({"delete", "trimmed"});
+}
+
+TEST_F(ClusterTest, ACreateThatIsRefusedOrFailsLeavesNoSurface) {
+  const auto client = Client::Connect(*coordinator_);
+  ASSERT_TRUE(client.ok()) << client.status();
+  Create("first");
+  ASSERT_EQ(Ndmap({"sample", "knot", "-o", *folder_ / "knot.off", "--triangles", "1000"}).code, 0);
+  Fails({"create", "first", *folder_ / "knot.off"});
+  const auto knot = ReadSurface(*folder_ / "knot.off");
+  ASSERT_TRUE(knot.ok()) << knot.status();
+  SurfaceView view;
+  view.points = knot->surface.points;
+  view.triangles = knot->surface.triangles;
+  EXPECT_EQ(client->DeleteSurface(SurfaceId(view)).code(), absl::StatusCode::kNotFound);
+  // What other maps use stays.
+  Fails({"create", "first", *folder_ / "torus.off"});
+  EXPECT_EQ(Do({"delete", "first"})["surface_deleted"], true);
 }
 
 TEST_F(ClusterTest, BetaRefusesDartsThatAreNotThere) {

@@ -3,7 +3,9 @@
 // left.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -56,6 +58,18 @@ INSTANTIATE_TEST_SUITE_P(
             "NegativeDepth", {"run", "SURFACE", "--depth", "-1"}, "'-1' is not a whole number from 0 to 29"},
         WrongUse{"DepthAboveLimit", {"run", "SURFACE", "--depth", "30"}, "ids of cells hold 29 levels"},
         WrongUse{"SizeAboveLimit", {"run", "SURFACE", "--size", "1e-30"}, "29 levels"},
+        WrongUse{"DepthAboveTheGrids",
+                 {"run", "SURFACE", "--grid", "10x11x9", "--depth", "18"},
+                 "on a grid of 10x11x9 numbers in files reach level 17"},
+        WrongUse{"DryDepthAboveTheGrids",
+                 {"run", "SURFACE", "--grid", "10x11x9", "--depth", "18", "--dry-run"},
+                 "on a grid of 10x11x9 numbers in files reach level 17"},
+        WrongUse{"LptOfTooManyHexahedra",
+                 {"run", "SURFACE", "--grid", "80x80x80", "--partition", "lpt"},
+                 "partition lpt lists every hexahedron"},
+        WrongUse{"DryLptOfTooManyHexahedra",
+                 {"run", "SURFACE", "--grid", "80x80x80", "--partition", "lpt", "--dry-run"},
+                 "partition lpt lists every hexahedron"},
         WrongUse{"BadSize", {"run", "SURFACE", "--size", "0"}, "'0' is not a number above 0"},
         WrongUse{
             "GridAndCubes", {"run", "SURFACE", "--grid", "2x2x2", "--cubes", "3"}, "--grid excludes --cubes"},
@@ -142,6 +156,18 @@ TEST(Usage, VersionNeedsNoCluster) {
   const Outcome outcome = Ndmap({"version", "--json"});
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.json()["protocol"], 1);
+}
+
+TEST(Usage, AFullStandardOutputIsAFailure) {
+  const TemporaryFolder folder;
+  const std::string command =
+      std::string(NDMAP_PROGRAM) + " version >/dev/full 2>" + (folder / "errors") + " </dev/null";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  std::string said;
+  std::getline(std::ifstream(folder / "errors"), said);
+  EXPECT_EQ(said, "ndmap version: standard output cannot be written");
 }
 
 TEST(Usage, SampleIsASurfaceThatCanBeReadAgain) {
