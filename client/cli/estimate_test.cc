@@ -3,13 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <memory>
 
-#include "client/cli/output_folder.h"
 #include "core/io/sample_surface.h"
 
 namespace ndmap::cli {
@@ -51,37 +48,6 @@ TEST(DepthForSize, HalvesUntilTheLongestEdgeFits) {
   EXPECT_EQ(DepthForSize(grid, 1.99), 1);
   EXPECT_EQ(DepthForSize(grid, 0.25), 3);
   EXPECT_GT(DepthForSize(grid, 1e-30), CellId::kMaxLevel);
-}
-
-TEST(MadeFiles, TakesBackWhatItMadeAndNothingElse) {
-  MadeFiles outer;
-  const std::string root = *outer.MakeTemporaryFolder();
-  {
-    MadeFiles made;
-    ASSERT_TRUE(made.MakeFolder(root + "/a/b").ok());
-    made.Expect(root + "/a/b/file");
-    std::fclose(std::fopen((root + "/a/b/file").c_str(), "w"));
-  }
-  EXPECT_NE(access((root + "/a").c_str(), F_OK), 0);
-  EXPECT_EQ(access(root.c_str(), F_OK), 0);
-  {
-    MadeFiles made;
-    ASSERT_TRUE(made.MakeFolder(root + "/a/b").ok());
-    made.Keep();
-  }
-  EXPECT_EQ(access((root + "/a/b").c_str(), F_OK), 0);
-}
-
-TEST(MadeFiles, RefusesAFileAsAFolder) {
-  MadeFiles made;
-  const std::string root = *made.MakeTemporaryFolder();
-  std::fclose(std::fopen((root + "/file").c_str(), "w"));
-  for (const char* path : {"/file", "/file/below"}) {
-    const absl::Status status = made.MakeFolder(root + path);
-    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << path;
-    EXPECT_NE(status.message().find(root + path), std::string::npos) << status;
-  }
-  EXPECT_FALSE(made.MakeFolder("/proc/nothing/here").ok());
 }
 
 }  // namespace

@@ -45,8 +45,8 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
         block = fetch.next++;
       }
       const std::string path = absl::StrCat(folder, "/", names[block]);
-      made.Expect(path);
-      absl::StatusOr<v1::ExportSummary> summary = map.ExportPieceToFile(block, {{"cells", cells}}, path);
+      absl::StatusOr<v1::ExportSummary> summary =
+          map.ExportPieceToFile(block, {{"cells", cells}}, made.Beside(path));
       absl::MutexLock lock(&fetch.mutex);
       if (!summary.ok()) {
         fetch.status.Update(summary.status());
@@ -68,8 +68,9 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
   absl::Status status = fetch.status;
   const std::string index = absl::StrCat(folder, "/mesh.pvtu");
   if (status.ok()) {
-    made.Expect(index);
-    status = WritePvtuFile(names, index);
+    // The index last: until then the one that was there leads to the pieces that were.
+    status = WritePvtuFile(names, made.Beside(index));
+    if (status.ok()) status = made.PutInPlace();
   }
   if (!status.ok()) {
     progress.Abandon();

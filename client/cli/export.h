@@ -22,7 +22,8 @@ struct Exported {
 };
 
 // Streams every block's piece from its server into `folder`/block_0000.vtu ..., several at a time, then
-// writes mesh.pvtu. Each file appears when it is complete; on an error `made` takes them back.
+// writes mesh.pvtu. All files take their places when the last is complete, the index last; on an error those
+// that were there stay as they were, and `made` takes back what was written beside them.
 absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cells, const std::string& folder,
                                    MadeFiles& made, Progress& progress);
 

@@ -15,6 +15,12 @@
 namespace ndmap::cli {
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr const char* kBeside = ".new";
+
+}  // namespace
+
 MadeFiles::~MadeFiles() { TakeBack(); }
 
 absl::Status MadeFiles::MakeFolder(const std::string& path) {
@@ -59,6 +65,25 @@ void MadeFiles::Expect(const std::string& path) {
   (fs::exists(path, error) ? replaced_ : files_).push_back(path);
 }
 
+std::string MadeFiles::Beside(const std::string& path) {
+  absl::MutexLock lock(&mutex_);
+  beside_.push_back(path);
+  return path + kBeside;
+}
+
+absl::Status MadeFiles::PutInPlace() {
+  absl::MutexLock lock(&mutex_);
+  std::error_code error;
+  for (const std::string& path : beside_) {
+    const bool replaces = fs::exists(path, error);
+    fs::rename(path + kBeside, path, error);
+    if (error) return absl::UnavailableError(absl::StrCat("cannot write '", path, "': ", error.message()));
+    if (!replaces) files_.push_back(path);
+  }
+  beside_.clear();
+  return absl::OkStatus();
+}
+
 void MadeFiles::Keep() {
   absl::MutexLock lock(&mutex_);
   files_.clear();
@@ -74,10 +99,15 @@ void MadeFiles::TakeBack() {
     fs::remove(file + ".part", error);
   }
   for (const std::string& file : replaced_) fs::remove(file + ".part", error);
+  for (const std::string& file : beside_) {
+    fs::remove(file + kBeside, error);
+    fs::remove(file + kBeside + ".part", error);
+  }
   for (auto it = folders_.rbegin(); it != folders_.rend(); ++it) fs::remove(*it, error);
   for (const std::string& folder : temporary_) fs::remove_all(folder, error);
   files_.clear();
   replaced_.clear();
+  beside_.clear();
   folders_.clear();
   temporary_.clear();
 }

@@ -28,6 +28,11 @@ class MadeFiles {
   absl::StatusOr<std::string> MakeTemporaryFolder();
   // A file that is about to be written. One that is there already stays when everything is taken back.
   void Expect(const std::string& path);
+  // Where to write a file that is to take its place beside others all at once: see PutInPlace().
+  std::string Beside(const std::string& path);
+  // Moves the files of Beside() to their places, in the order in which they were named: those that were there
+  // are replaced only now. One sentence that names the file if that fails.
+  absl::Status PutInPlace();
   void Keep();
   // Removes the files, then the folders that were made and are empty.
   void TakeBack();
@@ -36,6 +41,8 @@ class MadeFiles {
   absl::Mutex mutex_;
   std::vector<std::string> folders_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> files_ ABSL_GUARDED_BY(mutex_);
+  // Places of files that wait beside them.
+  std::vector<std::string> beside_ ABSL_GUARDED_BY(mutex_);
   // Files that were there before.
   std::vector<std::string> replaced_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> temporary_ ABSL_GUARDED_BY(mutex_);

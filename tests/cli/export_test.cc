@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/cli/command.h"
 
@@ -76,6 +79,36 @@ TEST_F(ExportTest, AMapOfAClusterIsWrittenInEitherKindOfCells) {
     EXPECT_GT(exported["bytes"], last);
     last = exported["bytes"].get<uint64_t>();
   }
+}
+
+TEST_F(ExportTest, OneThatFailsLeavesTheFilesThatWereThere) {
+  Command up({"up", "--processes", "2", "--json"});
+  ASSERT_TRUE(up.WaitFor("use it with --coordinator"));
+  ASSERT_TRUE(up.WaitFor("\n}\n"));
+  const auto call = [&, coordinator = CoordinatorOf(up)](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--json", "--coordinator", coordinator});
+    return Ndmap(arguments).code;
+  };
+  const auto read = [&](const std::string& name) {
+    std::stringstream text;
+    text << std::ifstream(folder_ / "out/" + name).rdbuf();
+    return text.str();
+  };
+  ASSERT_EQ(call({"create", "torus", surface_, "--grid", "8x8x3", "--blocks", "2"}), 0);
+  ASSERT_EQ(call({"export", "torus", "-o", folder_ / "out"}), 0);
+  const std::string index = read("mesh.pvtu"), piece = read("block_0000.vtu");
+  ASSERT_EQ(call({"refine", "torus", "--depth", "1"}), 0);
+  // There is no place for the second piece.
+  const std::string in_the_way = folder_ / "out/block_0001.vtu.new.part";
+  std::filesystem::create_directories(in_the_way + "/not empty");
+  EXPECT_EQ(call({"export", "torus", "-o", folder_ / "out"}), 1);
+  EXPECT_EQ(read("mesh.pvtu"), index);
+  EXPECT_EQ(read("block_0000.vtu"), piece);
+  std::filesystem::remove_all(in_the_way);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out"), {}), 3);
+  ASSERT_EQ(call({"export", "torus", "-o", folder_ / "out"}), 0);
+  EXPECT_NE(read("block_0000.vtu"), piece);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out"), {}), 3);
 }
 
 }  // namespace
