@@ -19,6 +19,7 @@ import argparse
 import json
 import os
 import re
+import selectors
 import shutil
 import signal
 import socket
@@ -106,33 +107,53 @@ def matches(expected, text):
 
 
 class Shell:
-    """bash, a command at a time, in a folder of its own."""
+    """bash, a command at a time, in a folder of its own. Whatever a command prints, and its exit code at the end, come
+    through pipes: what is waited for is an event, never a time."""
 
     def __init__(self, folder, environment):
         self.folder = folder
         self.count = 0
+        # The pipes of commands that stay in the background: closed only at the end, or they could not print any more.
+        self.open = []
         self.bash = subprocess.Popen(["bash", "--norc"], cwd=folder, env=environment, stdin=subprocess.PIPE,
                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True,
                                      start_new_session=True)
 
+    def pipe(self, name):
+        path = os.path.join(self.folder, f".{name}{self.count}")
+        os.mkfifo(path)
+        # Both ways, so that opening does not wait and there is no end before the last writer's.
+        self.open.append(os.open(path, os.O_RDWR | os.O_NONBLOCK))
+        return path, self.open[-1]
+
     def run(self, command, expected):
         """Exit code and output."""
         self.count += 1
-        out = os.path.join(self.folder, f".out{self.count}")
-        code = os.path.join(self.folder, f".code{self.count}")
         background = command.endswith("&")
         body = command[:-1] if background else command
-        text = f"{{ {body}\n}} >{out} 2>&1 " + ("&\n" if background else f"\necho $? >{code}.tmp; mv {code}.tmp {code}\n")
-        self.bash.stdin.write(text)
+        out_path, out = self.pipe("out")
+        code_path, code = self.pipe("code")
+        self.bash.stdin.write(f"{{ {body}\n}} >{out_path} 2>&1 " +
+                              ("&\n" if background else f"\necho $? >{code_path}\n"))
         self.bash.stdin.flush()
+        if background and matches(expected, ""):
+            return 0, ""
+        printed = b""
         end = time.monotonic() + 60
-        while time.monotonic() < end and self.bash.poll() is None:
-            if background and os.path.exists(out) and matches(expected, open(out, encoding="utf-8").read()):
-                return 0, open(out, encoding="utf-8").read()
-            if os.path.exists(code):
-                return int(open(code).read()), open(out, encoding="utf-8").read()
-            time.sleep(0.02)
-        return -1, open(out, encoding="utf-8").read() + "\n(no end after 60 s)"
+        with selectors.DefaultSelector() as events:
+            events.register(out, selectors.EVENT_READ)
+            events.register(code, selectors.EVENT_READ)
+            while True:
+                ready = {key.fd for key, _ in events.select(max(0, end - time.monotonic()))}
+                if not ready:
+                    return -1, printed.decode() + "\n(no end after 60 s)"
+                if out in ready:
+                    printed += os.read(out, 1 << 20)
+                    if background and matches(expected, printed.decode(errors="replace")):
+                        return 0, printed.decode()
+                elif out not in {key.fd for key, _ in events.select(0)}:
+                    # Everything was printed before.
+                    return int(os.read(code, 100)), printed.decode()
 
     def close(self):
         """Ends the shell and what it left running, by name of this shell's own session only."""
@@ -145,6 +166,8 @@ class Shell:
             os.killpg(self.bash.pid, signal.SIGKILL)
         except ProcessLookupError:
             pass
+        for pipe in self.open:
+            os.close(pipe)
 
 
 # Reads statements, a line of JSON each, and answers what each has printed.
