@@ -64,7 +64,7 @@ class CancelledError(NdmapError):
 
 
 class JobCancelledError(CancelledError):
-    """The job was cancelled; its map is valid."""
+    """The job was cancelled; its map is valid, unless the job was to make it."""
 
 
 class AbortedError(NdmapError):

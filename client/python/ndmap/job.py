@@ -135,7 +135,8 @@ class JobResult:
     def raise_for_state(self) -> JobResult:
         """Itself if the job is done; JobCancelledError or JobFailedError if it ended otherwise."""
         if self.state == "cancelled":
-            raise JobCancelledError(f"job {self.job} ({self.kind}) was cancelled; the map is valid")
+            left = "the map was not made: delete it" if self.kind == "create" else "the map is valid"
+            raise JobCancelledError(f"job {self.job} ({self.kind}) was cancelled; {left}")
         if self.state == "failed":
             raise JobFailedError(f"job {self.job} ({self.kind}) failed: {self.error}")
         return self
