@@ -58,7 +58,9 @@ class TraceTest : public ::testing::TestWithParam<v1::Routing> {
         uint64_t version = first.version();
         for (const Traced::Step& step : traced->steps) {
           EXPECT_EQ(step.crossed_block, step.at.dart().block() != at);
-          if (!step.crossed_block) EXPECT_EQ(step.at.dart().version(), version);
+          if (!step.crossed_block) {
+            EXPECT_EQ(step.at.dart().version(), version);
+          }
           version = step.at.dart().version();
           at = step.at.dart().block();
           crossed += step.crossed_block ? 1 : 0;
