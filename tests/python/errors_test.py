@@ -86,7 +86,7 @@ class ErrorsTest(ClusterTest):
             ({"padding": float("nan")}, "0 or more"),
             ({"grid": "2x2x2", "blocks": 9}, "1 ... 8"),
             ({"blocks": 0}, "blocks 0"),
-            ({"depth": 32}, "0 ... 31"),
+            ({"depth": 30}, "0 ... 29"),
             ({"surface": None}, r"Grid\(cells, lo, hi\)"),
             ({"surface": 7}, "a file's name"),
             ({"surface": (TETRAHEDRON[0], TETRAHEDRON[1][:3])}, "clos|edge"),
@@ -102,8 +102,8 @@ class ErrorsTest(ClusterTest):
     def test_work_that_cannot_be_started(self):
         made = self.create("work")
         for arguments, options, words in (
-            ((0,), {}, "1 ... 31"),
-            ((32,), {}, "1 ... 31"),
+            ((0,), {}, "1 ... 29"),
+            ((32,), {}, "1 ... 29"),
             ((1, "delphi"), {}, "surface, everything"),
             ((1, "box"), {"lo": (0, 0, 0)}, "needs hi"),
             ((1, "surface"), {"size": 1}, "size is not for oracle surface"),

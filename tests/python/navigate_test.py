@@ -122,7 +122,7 @@ class NavigateTest(ClusterTest):
                     self.assertEqual(details.boundary, bool(free.any()))
         corner = self.eight.cell("h0/7.0")
         np.testing.assert_array_equal(corner.points[6] - corner.points[0] > 0, [False, True, True])
-        self.assertEqual((corner.state, len(corner.vertices)), ("unknown", 8))
+        self.assertEqual((corner.state, len(corner.vertices)), ("inside", 8))
 
     def test_an_orbit_is_what_betas_lead_to(self):
         for block in range(8):

@@ -151,8 +151,8 @@ class Client:
             raise InvalidArgumentError(
                 f"blocks {blocks!r}: 1 ... {shape.cell_count} expected, a block needs at least one hexahedron"
             )
-        if not isinstance(depth, int) or not 0 <= depth <= 31:
-            raise InvalidArgumentError(f"depth {depth!r}: 0 ... 31 expected (labels and ids hold 31 levels)")
+        if not isinstance(depth, int) or not 0 <= depth <= 29:
+            raise InvalidArgumentError(f"depth {depth!r}: 0 ... 29 expected (ids of cells hold 29 levels)")
         request = coordinator_pb2.CreateMapRequest(
             map=name,
             surface_id="" if given is None else upload(self._connection, given),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import meshio
     import vtkmodules.vtkCommonDataModel as vtk
 
-MAX_DEPTH = 31
+MAX_DEPTH = 29
 _KEEPS = ("inside", "cut", "inside,cut", "all")
 _ORACLES: dict[str, tuple[str, ...]] = {
     "surface": (),
@@ -153,9 +153,10 @@ class Map:
         Oracles: "surface" (hexahedra that meet it), "everything", "box" (lo, hi), "sphere" (centre, radius), "size"
         (with a longer edge), "list" (cells: ids, "h12 h12/0.3"). A phase a level, or all levels in one phase without
         `by_level`: the same mesh. A block begins no refinement of its own above `memory_limit` bytes (0: no limit).
+        New hexahedra are classified by the surface, where the map has one, in a last phase.
         """
         if not isinstance(depth, int) or not 1 <= depth <= MAX_DEPTH:
-            raise InvalidArgumentError(f"depth {depth!r}: 1 ... {MAX_DEPTH} expected (labels and ids hold 31 levels)")
+            raise InvalidArgumentError(f"depth {depth!r}: 1 ... {MAX_DEPTH} expected (ids of cells hold {MAX_DEPTH} levels)")
         given = {"lo": lo, "hi": hi, "centre": centre, "radius": radius, "size": size, "cells": cells}
         parameters: dict[str, object] = {**_oracle_parameters(oracle, given), "depth": depth}
         if memory_limit:
@@ -164,6 +165,8 @@ class Map:
             phases = [phase("refine", **parameters, level=level) for level in range(depth)]
         else:
             phases = [phase("refine", **parameters)]
+        if self.info.surface_id:
+            phases.append(phase("classify"))
         return self.start_job("refine", phases, progress)
 
     def trim(self, keep: str = "inside,cut", progress: ProgressCallback | None = None) -> Job:
