@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A volume mesh of tetrahedra, pyramids, prisms and hexahedra over shared points, and the same mesh with its
-// cells glued face to face: what a file becomes (core/mesh/mesh_reader.h) before it becomes a map.
+// cells glued face to face: what a file becomes (core/io/mesh_reader.h) before it becomes a map.
 //
 // One rule holds for all kinds: the first face, the base, is listed so that by the right-hand rule its normal
 // points into the cell, and the corners above the base follow in the same turn. A cell whose corners stand as
@@ -96,8 +96,9 @@ struct MeshSource {
   std::vector<uint64_t> cells, points;  // The number of each; empty: its index.
 };
 
-// Cells over shared points, at most 2^32 - 2 of each. `begins` has one entry a cell and one more:
-// corners[begins[c]] ... corners[begins[c + 1] - 1] are the points of cell c, in the order given above.
+// Cells over shared points: at most kMostCells, and 2^32 - 2 points and as many corners. `begins` has one
+// entry a cell and one more: corners[begins[c]] ... corners[begins[c + 1] - 1] are the points of cell c, in
+// the order given above.
 struct VolumeMesh {
   std::vector<Point3> points;
   std::vector<CellKind> kinds;
@@ -119,6 +120,8 @@ struct VolumeMesh {
 };
 
 inline constexpr uint32_t kNoCell = 0xffffffff;
+// So many that 32 bits can count the darts, 24 for each cell.
+inline constexpr uint32_t kMostCells = 0xffffffff / (kMostCellFaces * kMostFaceCorners);
 
 // What lies beyond a face. With f our cycle, g the neighbour's and k its length, f[i] is the same point as
 // g[(turn + k - i) % k]; so our dart i (f[i] to f[i + 1]) is glued to the neighbour's dart

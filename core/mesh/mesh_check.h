@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is asked of a mesh before its cells are glued, and the sentences that name cells as the file does.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/types/span.h"
+#include "core/mesh/volume_mesh.h"
+
+namespace ndmap::internal {
+
+// The first few of a set of cells, and how many there are.
+class CellList {
+ public:
+  void Add(uint64_t cell) {
+    if (first_.size() < kNamed) first_.push_back(cell);
+    ++count_;
+  }
+  uint64_t count() const { return count_; }
+  // "tetrahedron 7", "prism 8 and tetrahedron 7", "..., and 20 more", with how the numbers count.
+  std::string Names(const VolumeMesh& mesh) const;
+
+ private:
+  static constexpr size_t kNamed = 5;
+  std::vector<uint64_t> first_;
+  uint64_t count_ = 0;
+};
+
+// "prism 7": by the number in the file.
+std::string CellName(const VolumeMesh& mesh, uint64_t cell);
+// "point 7".
+std::string PointName(const VolumeMesh& mesh, uint32_t point);
+// "the face of points 1, 2 and 3".
+std::string FaceName(const VolumeMesh& mesh, uint64_t cell, int face);
+// " (counted from 0)", or nothing.
+std::string HowCounted(const VolumeMesh& mesh);
+// "1 cell", "7 cells".
+std::string Count(uint64_t n, absl::string_view one, absl::string_view many);
+
+// INVALID_ARGUMENT that begins with the file's name, if it is known.
+absl::Status Refused(const VolumeMesh& mesh, absl::string_view what);
+
+// Arrays that fit together, cells there, indices in range, coordinates finite. O(size).
+absl::Status CheckArrays(const VolumeMesh& mesh);
+// No corner twice in a cell, no two cells with the same corners. O(n log n).
+absl::Status CheckCorners(const VolumeMesh& mesh);
+// No inverted and no flat cells; concave ones are refused or warned about. O(cells).
+absl::Status CheckSoundness(const VolumeMesh& mesh, const GlueOptions& options,
+                            std::vector<std::string>* warnings);
+
+// Merges points of equal coordinates, or warns of them; drops points that no cell uses, with a note. Wants
+// CheckArrays. Expected O(points + corners).
+void TidyPoints(const GlueOptions& options, GluedMesh* glued);
+
+}  // namespace ndmap::internal
