@@ -190,9 +190,9 @@ TEST(GlueFaultTest, NoCellsAndArraysThatDoNotFit) {
 TEST(GlueFaultTest, IndexOutOfRangeAndCoordinateNotFinite) {
   VolumeMesh mesh = UnitMesh(CellKind::kPyramid);
   mesh.corners[4] = 5;
-  mesh.source = {"a.msh", "counted from 1", {7}, {}};
+  mesh.source = {"a.msh", "counted from 1", {7}, {}, 0, 1};
   EXPECT_EQ(Why(mesh),
-            "a.msh: pyramid 7 (counted from 1) has a corner at index 5, out of range; there are 5 points");
+            "a.msh: pyramid 7 (counted from 1) has a corner at index 6, out of range; there are 5 points");
   mesh = UnitMesh(CellKind::kPyramid);
   mesh.points[2][1] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(Why(mesh), "point 2 has a coordinate that is not finite");

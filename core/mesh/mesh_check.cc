@@ -63,26 +63,22 @@ std::string Count(uint64_t n, absl::string_view one, absl::string_view many) {
 }
 
 std::string CellName(const VolumeMesh& mesh, uint64_t cell) {
-  const auto& numbers = mesh.source.cells;
-  return absl::StrCat(ShapeOf(mesh.kinds[cell]).name, " ", numbers.empty() ? cell : numbers[cell]);
+  return absl::StrCat(ShapeOf(mesh.kinds[cell]).name, " ", mesh.source.Cell(cell));
 }
 
 std::string PointName(const VolumeMesh& mesh, uint32_t point) {
-  const auto& numbers = mesh.source.points;
-  return absl::StrCat("point ", numbers.empty() ? point : numbers[point]);
+  return absl::StrCat("point ", mesh.source.Point(point));
 }
 
 std::string FaceName(const VolumeMesh& mesh, uint64_t cell, int face) {
-  const auto& numbers = mesh.source.points;
   const int size = ShapeOf(mesh.kinds[cell]).face_corners[face];
   std::string name = "the face of points ";
   for (int i = 0; i < size; ++i) {
-    const uint32_t point = mesh.FacePoint(cell, face, i);
     absl::StrAppend(&name,
                     i == 0          ? ""
                     : i + 1 == size ? " and "
                                     : ", ",
-                    numbers.empty() ? point : numbers[point]);
+                    mesh.source.Point(mesh.FacePoint(cell, face, i)));
   }
   return name;
 }
@@ -132,7 +128,8 @@ absl::Status CheckArrays(const VolumeMesh& mesh) {
     for (uint32_t corner : mesh.Corners(c)) {
       if (corner < mesh.points.size()) continue;
       return Refused(mesh, absl::StrCat(CellName(mesh, c), HowCounted(mesh), " has a corner at index ",
-                                        corner, ", out of range; there are ", mesh.points.size(), " points"));
+                                        corner + mesh.source.first_point, ", out of range; there are ",
+                                        mesh.points.size(), " points"));
     }
   }
   for (uint32_t p = 0; p < mesh.points.size(); ++p) {

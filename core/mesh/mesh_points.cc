@@ -45,7 +45,7 @@ void DropUnused(VolumeMesh* mesh) {
   auto& numbers = mesh->source.points;
   if (numbers.empty()) {
     numbers.resize(mesh->points.size());
-    std::iota(numbers.begin(), numbers.end(), 0);
+    std::iota(numbers.begin(), numbers.end(), mesh->source.first_point);
   }
   std::vector<uint32_t> place(mesh->points.size());
   uint32_t next = 0;

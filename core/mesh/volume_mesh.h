@@ -93,7 +93,11 @@ constexpr const CellShape& ShapeOf(CellKind kind) { return kCellShapes[static_ca
 struct MeshSource {
   std::string file;       // Path; empty if the mesh came from elsewhere.
   std::string numbering;  // How the numbers count: "counted from 0", "by the file's element numbers".
-  std::vector<uint64_t> cells, points;  // The number of each; empty: its index.
+  std::vector<uint64_t> cells, points;  // The number of each; empty: its index and the first number below.
+  uint64_t first_cell = 0, first_point = 0;
+
+  uint64_t Cell(uint64_t index) const { return cells.empty() ? index + first_cell : cells[index]; }
+  uint64_t Point(uint32_t index) const { return points.empty() ? index + first_point : points[index]; }
 };
 
 // Cells over shared points: at most kMostCells, and 2^32 - 2 points and as many corners. `begins` has one

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Real volume meshes, where their folder is there: NDMAP_MESHES.
+#include <array>
+#include <ostream>
+#include <string>
+
+#include "core/io/mesh_reader.h"
+#include "core/mesh/mesh_facts.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace ndmap {
+namespace {
+
+struct Real {
+  std::string file;
+  uint64_t points;
+  std::array<uint64_t, kCellKinds> cells;  // Tetrahedra, pyramids, prisms, hexahedra.
+  int boundary_euler = 2, euler = 1;
+  uint64_t unused_points = 0;
+
+  friend std::ostream& operator<<(std::ostream& out, const Real& real) { return out << real.file; }
+};
+
+#ifdef NDMAP_MESHES
+std::string Path(const std::string& file) { return std::string(NDMAP_MESHES) + "/volumes/" + file; }
+
+class RealMeshTest : public testing::TestWithParam<Real> {};
+
+TEST_P(RealMeshTest, IsWhatItsDescriptionSays) {
+  const Real& real = GetParam();
+  const auto glued = ReadGluedMesh(Path(real.file));
+  ASSERT_TRUE(glued.ok()) << glued.status();
+  const MeshFacts facts = Describe(*glued);
+  EXPECT_EQ(facts.points, real.points);
+  EXPECT_EQ(facts.cells, real.cells);
+  EXPECT_EQ(facts.euler, real.euler);
+  EXPECT_EQ(facts.boundary_euler, real.boundary_euler);
+  EXPECT_EQ(facts.components, 1u);
+  EXPECT_EQ(facts.boundary_components, 1u);
+  EXPECT_EQ(facts.crowded_boundary_edges, 0u);
+  EXPECT_EQ(facts.split_points + facts.split_edges, 0u);
+  EXPECT_GT(facts.worst_corner, 0);
+  EXPECT_THAT(glued->warnings, testing::IsEmpty());
+  const std::string left_out = "left out " + std::to_string(real.unused_points) + " points that no cell uses";
+  EXPECT_EQ(testing::Value(glued->notes, testing::Contains(left_out)), real.unused_points > 0);
+  EXPECT_THAT(glued->notes, testing::Not(testing::Contains(testing::HasSubstr("turned"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, RealMeshTest,
+                         testing::Values(Real{"su2_brick_hex.msh", 16000, {0, 0, 0, 14079}},
+                                         Real{"unstructured_hex_400.msh", 573, {0, 0, 0, 400}},
+                                         Real{"hand_tet.mesh", 7234, {29998, 0, 0, 0}},
+                                         Real{"piece_tet.msh", 3915, {13179, 0, 0, 0}, 0, 0, 24},
+                                         Real{"nozzle_hybrid_tet_prism.msh", 3493, {4643, 0, 4614, 0}},
+                                         Real{"sphere_hybrid_tet_prism.msh", 1957, {2695, 0, 2556, 0}},
+                                         Real{
+                                             "hybrid_tet_prism_pyramid.msh", 638, {765, 40, 640, 0}, 2, 1, 4},
+                                         Real{"fichera-mixed.mfem.mesh", 26, {5, 0, 6, 3}},
+                                         Real{"mixed_all4.mfem.mesh", 11, {1, 1, 1, 1}}),
+                         [](const auto& info) {
+                           std::string name = info.param.file.substr(0, info.param.file.find('.'));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+#endif  // NDMAP_MESHES
+
+}  // namespace
+}  // namespace ndmap
