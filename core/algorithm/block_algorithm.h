@@ -26,7 +26,9 @@
 
 namespace ndmap {
 
+class AttributeStore;
 class IndexCache;
+class InitialCells;
 class ParityCache;
 class ParityIndex;
 class SurfaceIndex;
@@ -62,6 +64,10 @@ struct Environment {
   // The bounds of the block's hexahedra, for a host whose block belongs to another thread: waits for it.
   // Empty: whoever makes an algorithm may look at the block itself.
   std::function<absl::StatusOr<Box3>()> bounds = nullptr;
+  // What names of vertices, edges and faces need to know of the initial mesh; null when it is not known.
+  std::shared_ptr<const InitialCells> initial = nullptr;
+  // Where the block's attributes stay; null: each phase makes its own.
+  std::shared_ptr<AttributeStore> attributes = nullptr;
 
   // The index of the triangles near the block, whose bounds are bounds(), or else `look()`; they are asked
   // only when there is no index yet. FAILED_PRECONDITION without a surface. The first call for a block costs

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/algorithm/attributes/attributes.h"
 #include "core/algorithm/build/build.h"
 #include "core/algorithm/check/check.h"
 #include "core/algorithm/classify/classify.h"
@@ -39,6 +40,7 @@ const std::vector<Entry>& Entries() {
       MakeEntry<Check>("check", false, "check every property of the distributed map, block against block"),
       MakeEntry<Hash>("hash", false, "the canonical hash of the global map"),
       MakeEntry<Count>("count", false, "count cells by level and state"),
+      MakeEntry<Attributes>("attributes", false, "give new cells the values of those they were made of"),
   };
   return entries;
 }

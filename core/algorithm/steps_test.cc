@@ -7,6 +7,7 @@
 
 #include "core/algorithm/build/build.h"
 #include "core/algorithm/registry.h"
+#include "core/attributes/table.h"
 #include "core/geometry/surface_caches.h"
 #include "core/io/sample_surface.h"
 #include "gtest/gtest.h"
@@ -86,6 +87,35 @@ TEST_F(StepsTest, CheckAndHashLookAtADartAStep) {
   }
 }
 
+TEST_F(StepsTest, AttributesLookAtACellOrSomeRowsAStep) {
+  AttributeDefinition definition{"a", 3, ValueType::kInt64, SplitRule::kCopy, {}, "", 1};
+  const auto store = std::make_shared<AttributeStore>();
+  const auto make = [&] {
+    Environment environment{BlockId{0}, 2, Routing::kDirect, nullptr, nullptr};
+    environment.attributes = store;
+    return MakeAlgorithm("attributes", Parameters().Set("definitions", EncodeDefinitions({definition})),
+                         environment, block_)
+        .value();
+  };
+  auto first = make();
+  EXPECT_EQ(Starts(*first), 1u);
+  EXPECT_GE(Works(*first), 2 * kHere);
+  while (!first->Finish(1).value()) {
+  }
+  EXPECT_EQ(first->report().counts["values_3"], static_cast<int64_t>(kHere));
+  // Rows that are there already are given the fill value in parts.
+  AttributeTable& table = store->table(3);
+  for (uint64_t h = 0; h < 1000; ++h) table.Add(CellId::Initial(1000 + h));
+  definition.number = 2;
+  definition.fill = {5, 0, 0};
+  auto second = make();
+  EXPECT_GT(Starts(*second), 4u);
+  EXPECT_EQ(table.columns()[0]->Get(0)[0], 5u);
+  EXPECT_EQ(table.columns()[0]->Get(static_cast<uint32_t>(table.size()) - 1)[0], 5u);
+  Works(*second);
+  EXPECT_EQ(table.size(), kHere);
+}
+
 TEST_F(StepsTest, CheckLooksForPartnersALabelAStep) {
   auto check = Make("check");
   Starts(*check);
@@ -152,7 +182,7 @@ TEST_F(StepsTest, ACancelledBuildLeavesAnEmptyBlock) {
 
 TEST_F(StepsTest, OnlyAlgorithmsThatChangeTheMapSaySo) {
   for (const AlgorithmInfo& info : Algorithms()) {
-    const Parameters parameters = Parameters().Set("depth", int64_t{1});
+    const Parameters parameters = Parameters().Set("depth", int64_t{1}).Set("definitions", "");
     if (info.name == "build") continue;
     EXPECT_EQ(Make(info.name, parameters)->changes_map(), info.changes_map) << info.name;
   }

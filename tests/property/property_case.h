@@ -14,7 +14,9 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/build/build.h"
 #include "core/algorithm/registry.h"
+#include "core/attributes/table.h"
 #include "core/map/gather.h"
+#include "core/names/initial_cells.h"
 #include "core/sim/simulator.h"
 #include "tests/reference/random_case.h"
 
@@ -35,11 +37,15 @@ class SimulatedMap {
  public:
   SimulatedMap(uint32_t blocks, Routing routing, const SimulatorOptions& options)
       : routing_(routing), simulator_(options) {
-    for (uint32_t b = 0; b < blocks; ++b) blocks_.push_back(std::make_unique<BlockT>(BlockId{b}));
+    for (uint32_t b = 0; b < blocks; ++b) {
+      blocks_.push_back(std::make_unique<BlockT>(BlockId{b}));
+      attributes_.push_back(std::make_shared<AttributeStore>());
+    }
   }
 
   absl::Status BuildGrid(const std::array<uint32_t, 3>& cells, CornerFunction corner,
                          const std::vector<uint32_t>& block_of) {
+    initial_ = std::make_shared<GridCells>(cells);
     std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
     for (auto& block : blocks_) {
       algorithms.push_back(
@@ -50,10 +56,12 @@ class SimulatedMap {
 
   absl::StatusOr<Report> Run(absl::string_view algorithm, const Parameters& parameters) {
     std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
-    for (auto& block : blocks_) {
-      Environment environment{block->id(), static_cast<uint32_t>(blocks_.size()), routing_, surface_,
+    for (size_t b = 0; b < blocks_.size(); ++b) {
+      Environment environment{blocks_[b]->id(), static_cast<uint32_t>(blocks_.size()), routing_, surface_,
                               nullptr};
-      auto made = MakeAlgorithm(algorithm, parameters, environment, *block);
+      environment.initial = initial_;
+      environment.attributes = attributes_[b];
+      auto made = MakeAlgorithm(algorithm, parameters, environment, *blocks_[b]);
       if (!made.ok()) return made.status();
       algorithms.push_back(*std::move(made));
     }
@@ -67,6 +75,7 @@ class SimulatedMap {
   const Report& refined() const { return refined_; }
 
   std::vector<std::unique_ptr<BlockT>>& blocks() { return blocks_; }
+  AttributeStore& attributes(size_t b) { return *attributes_[b]; }
   void set_surface(std::shared_ptr<const TriangleSurface> surface) { surface_ = std::move(surface); }
   const Simulator& simulator() const { return simulator_; }
 
@@ -76,6 +85,8 @@ class SimulatedMap {
   std::shared_ptr<const TriangleSurface> surface_;
   Report refined_;
   std::vector<std::unique_ptr<BlockT>> blocks_;
+  std::vector<std::shared_ptr<AttributeStore>> attributes_;
+  std::shared_ptr<const InitialCells> initial_;
 };
 
 // OK, or what differs; that no message is left is asserted by the phases themselves (Finish).
