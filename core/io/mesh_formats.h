@@ -20,6 +20,8 @@ absl::StatusOr<MeshFile> ReadGmsh(absl::string_view bytes);
 absl::StatusOr<MeshFile> ReadMedit(absl::string_view bytes);
 absl::StatusOr<MeshFile> ReadMeditBinary(absl::string_view bytes);
 absl::StatusOr<MeshFile> ReadMfem(absl::string_view bytes);
+// RESOURCE_EXHAUSTED if an array takes more than max_bytes.
+absl::StatusOr<MeshFile> ReadVtu(absl::string_view bytes, uint64_t max_bytes);
 
 // Cells of fewer dimensions, by name.
 class LeftOut {

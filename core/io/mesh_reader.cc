@@ -57,6 +57,7 @@ absl::StatusOr<MeshFile> ReadAny(absl::string_view bytes, uint64_t max_bytes) {
   const absl::string_view text = absl::StripLeadingAsciiWhitespace(bytes);
   if (text.empty()) return Invalid("is empty");
   if (absl::StartsWith(text, "$")) return internal::ReadGmsh(bytes);
+  if (absl::StartsWith(text, "<")) return internal::ReadVtu(text, max_bytes);
   if (absl::StartsWith(text, "MFEM")) return internal::ReadMfem(bytes);
   if (bytes.size() >= 4 && (absl::StartsWith(bytes, absl::string_view("\1\0\0\0", 4)) ||
                             absl::StartsWith(bytes, absl::string_view("\0\0\0\1", 4)))) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Real volume meshes, where their folder is there: NDMAP_MESHES.
+#include <algorithm>
 #include <array>
 #include <ostream>
 #include <string>
@@ -49,6 +50,7 @@ TEST_P(RealMeshTest, IsWhatItsDescriptionSays) {
 
 INSTANTIATE_TEST_SUITE_P(Meshes, RealMeshTest,
                          testing::Values(Real{"su2_brick_hex.msh", 16000, {0, 0, 0, 14079}},
+                                         Real{"su2_brick_hex.vtu", 16000, {0, 0, 0, 14079}},
                                          Real{"unstructured_hex_400.msh", 573, {0, 0, 0, 400}},
                                          Real{"hand_tet.mesh", 7234, {29998, 0, 0, 0}},
                                          Real{"piece_tet.msh", 3915, {13179, 0, 0, 0}, 0, 0, 24},
@@ -59,10 +61,20 @@ INSTANTIATE_TEST_SUITE_P(Meshes, RealMeshTest,
                                          Real{"fichera-mixed.mfem.mesh", 26, {5, 0, 6, 3}},
                                          Real{"mixed_all4.mfem.mesh", 11, {1, 1, 1, 1}}),
                          [](const auto& info) {
-                           std::string name = info.param.file.substr(0, info.param.file.find('.'));
-                           std::replace(name.begin(), name.end(), '-', '_');
+                           std::string name = info.param.file;
+                           const auto odd = [](char c) { return c == '-' || c == '.'; };
+                           std::replace_if(name.begin(), name.end(), odd, '_');
                            return name;
                          });
+
+TEST(RealMeshPairTest, TheSameMeshInTwoFormats) {
+  const auto gmsh = ReadGluedMesh(Path("su2_brick_hex.msh")), vtu = ReadGluedMesh(Path("su2_brick_hex.vtu"));
+  ASSERT_TRUE(gmsh.ok()) << gmsh.status();
+  ASSERT_TRUE(vtu.ok()) << vtu.status();
+  EXPECT_EQ(gmsh->mesh.points, vtu->mesh.points);
+  EXPECT_EQ(gmsh->mesh.corners, vtu->mesh.corners);
+  EXPECT_EQ(gmsh->links, vtu->links);
+}
 
 #endif  // NDMAP_MESHES
 
