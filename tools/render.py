@@ -4,6 +4,7 @@
 
   ndmap-picture out/mesh.pvtu -o mesh.png
   ndmap-picture out/mesh.pvtu --color level --clip x --clip-at 0.4 --up y -o mesh.png
+  ndmap-picture out/mesh.pvtu --color temperature -o mesh.png
 
 ndmap-picture gives this program the X server that it needs, for the time of one picture.
 """
@@ -20,7 +21,8 @@ from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
-from view import HEADER, OVERSAMPLING, TITLES, Camera, Problem, draw_view, entries, surface_of, with_edges
+from palette import Problem, palette_of
+from view import HEADER, OVERSAMPLING, Camera, draw_view, surface_of, with_edges
 
 AXES = "xyz"
 # For each axis that points up: the axes that run to the right and to the front, with their signs.
@@ -92,6 +94,7 @@ def describe(grid):
 
 def draw(options):
     grid = read(options.export)
+    palettes = [palette_of(grid, by) for by in options.color]
     up = AXES.index(options.up)
     clip = AXES.find(options.clip) if options.clip else HORIZONTAL[up][1][0]
     direction = view_direction(up, clip)
@@ -113,8 +116,8 @@ def draw(options):
     caption = options.title if options.title is not None else f"{os.path.basename(options.export)}: {describe(grid)}"
     together = vtkImageAppend()
     together.SetAppendAxis(0)
-    for i, by in enumerate(options.color):
-        view = draw_view(window, shown, parts, by, entries(grid, by), camera, unit, options,
+    for i, palette in enumerate(palettes):
+        view = draw_view(window, shown, parts, palette, camera, unit, options,
                          caption if i == count - 1 else "")
         together.AddInputData(view)
     save(together, options.output)
@@ -140,9 +143,8 @@ def size(text):
 
 def colors(text):
     names = text.split(",")
-    for name in names:
-        if name not in TITLES:
-            raise argparse.ArgumentTypeError(f"'{name}' is not one of block, level, state")
+    if "" in names:
+        raise argparse.ArgumentTypeError(f"'{text}' is not the name of an array, or several with commas between")
     return names
 
 
@@ -162,7 +164,8 @@ def parse(arguments):
     parser.add_argument("export", help=".pvtu or .vtu")
     parser.add_argument("-o", "--output", required=True, metavar="FILE.png")
     parser.add_argument("--color", type=colors, default=["block", "level"], metavar="BY[,BY]",
-                        help="block, level or state; several give one view each, side by side (default: block,level)")
+                        help="block, level, state or an attribute; several give one view each, side by side "
+                             "(default: block,level)")
     parser.add_argument("--clip", choices=[*AXES, "none"],
                         help="axis of the plane that cuts the mesh open (default: the one that runs to the front)")
     parser.add_argument("--clip-at", type=fraction, default=0.5, metavar="F",

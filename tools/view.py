@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws one view of a mesh with VTK: its faces in the colours of a cell array, edges, title and legend."""
+"""Draws one view of a mesh with VTK: its faces in the colours of an array, edges, title and legend."""
 
-import colorsys
 import math
-from dataclasses import dataclass
 
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  draws text
 import vtkmodules.vtkRenderingUI  # noqa: F401  opens X windows
-from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersCore import vtkThreshold
 from vtkmodules.vtkFiltersGeneral import vtkTransformPolyDataFilter
@@ -28,70 +25,13 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
 
+from palette import SHADES, Ramp
+
 OVERSAMPLING = 2  # drawn larger, then averaged: smooth thin lines whatever the graphics driver can do
 INK = (0.13, 0.15, 0.18)
 GREY = (0.35, 0.38, 0.42)
 HEADER = 5  # lines of text that the mesh leaves free at the top
-# Told apart by people who see colours differently, too; in an order that puts unlike ones side by side.
-BLOCK_COLORS = ["4e79a7", "f28e2b", "59a14f", "e15759", "76b7b2", "edc948", "b07aa1", "9c755f", "86bcb6", "ff9da7",
-                "499894", "d37295"]
-LEVEL_COLORS = ["46518f", "3b7ea1", "3aa394", "6cc27a", "b9d965", "fbe56b"]  # dark: coarse
-STATE_NAMES = {0: ("unknown", "bab0ac"), 1: ("outside", "d0d7de"), 2: ("inside", "7fb7e6"), 3: ("cut", "f2994a")}
-TITLES = {"block": "Blocks", "level": "Refinement level", "state": "Inside and cut by the surface"}
 MOST_IN_LEGEND = 16
-
-
-class Problem(Exception):
-    """Something the user should read, in one line."""
-
-
-@dataclass
-class Entry:
-    """A value of the array that colours, its colour and what the legend calls it."""
-
-    value: int
-    color: tuple
-    name: str
-
-
-def rgb(text):
-    return tuple(int(text[i : i + 2], 16) / 255 for i in (0, 2, 4))
-
-
-def block_color(number):
-    """The palette, then again darker and lighter in turns."""
-    h, l, s = colorsys.rgb_to_hls(*rgb(BLOCK_COLORS[number % len(BLOCK_COLORS)]))
-    turn = number // len(BLOCK_COLORS)
-    l += (0, -0.16, 0.14, -0.08, 0.08)[turn % 5]
-    return colorsys.hls_to_rgb(h, min(max(l, 0.15), 0.9), s)
-
-
-def level_color(level, most):
-    """Spread over the whole ramp, blended between its colours."""
-    at = level / most * (len(LEVEL_COLORS) - 1) if most else 0
-    low = min(int(at), len(LEVEL_COLORS) - 2)
-    return tuple(a + (b - a) * (at - low) for a, b in zip(rgb(LEVEL_COLORS[low]), rgb(LEVEL_COLORS[low + 1])))
-
-
-def entries(grid, by):
-    """One entry for each value from 0 to the largest in use."""
-    array = grid.GetCellData().GetArray(by)
-    if array is None:
-        raise Problem(f"the export has no cell array '{by}'")
-    low, high = (int(v) for v in array.GetRange())
-    if low < 0 or high > 1_000_000:
-        raise Problem(f"cell array '{by}' runs from {low} to {high}, which is no {by}")
-    if by == "block":
-        return [Entry(v, block_color(v), str(v)) for v in range(high + 1)]
-    if by == "level":
-        return [Entry(v, level_color(v, high), str(v)) for v in range(high + 1)]
-    return [Entry(v, rgb(color), name) for v, (name, color) in STATE_NAMES.items()]
-
-
-def used(grid, by, all_entries):
-    array = grid.GetCellData().GetArray(by)
-    values = {int(array.GetTuple1(i)) for i in range(array.GetNumberOfTuples())}
-    return [e for e in all_entries if e.value in values]
 
 
 def surface_of(grid):
@@ -121,19 +61,19 @@ def by_size(surface, limits):
     return groups
 
 
-def add_mesh(renderer, surface, by, all_entries, line_width):
+def add_mesh(renderer, surface, palette, line_width):
     """The surface coloured by an array; `line_width` (in the pixels that are drawn) 0 for no edges."""
-    table = vtkLookupTable()
-    table.SetNumberOfTableValues(len(all_entries))
-    table.SetTableRange(-0.5, len(all_entries) - 0.5)
-    for entry in all_entries:
-        table.SetTableValue(entry.value, *entry.color, 1.0)
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(surface)
-    mapper.SetScalarModeToUseCellFieldData()
-    mapper.SelectColorArray(by)
+    if palette.on_points:
+        mapper.SetScalarModeToUsePointFieldData()
+        # Numbers are blended, and names never; colours would be: there is no violet between blue and red.
+        mapper.SetInterpolateScalarsBeforeMapping(isinstance(palette, Ramp))
+    else:
+        mapper.SetScalarModeToUseCellFieldData()
+    mapper.SelectColorArray(palette.array)
     mapper.SetColorModeToMapScalars()  # bytes, too: by default VTK takes them for shades of grey
-    mapper.SetLookupTable(table)
+    mapper.SetLookupTable(palette.table())
     mapper.UseLookupTableScalarRangeOn()
     actor = vtkActor()
     actor.SetMapper(mapper)
@@ -220,12 +160,12 @@ def add_text(renderer, text, x, y, size, color=INK, bold=False, from_right=False
     return actor
 
 
-def add_square(renderer, x, y, side, color):
-    """A filled square, its lower left corner at (x, y) in pixels of the picture."""
+def add_square(renderer, x, y, sides, color):
+    """A filled rectangle, its lower left corner at (x, y) in pixels of the picture."""
     square = vtkPlaneSource()
     square.SetOrigin(0, 0, 0)
-    square.SetPoint1(side * OVERSAMPLING, 0, 0)
-    square.SetPoint2(0, side * OVERSAMPLING, 0)
+    square.SetPoint1(sides[0] * OVERSAMPLING, 0, 0)
+    square.SetPoint2(0, sides[1] * OVERSAMPLING, 0)
     mapper = vtkPolyDataMapper2D()
     mapper.SetInputConnection(square.GetOutputPort())
     actor = vtkActor2D()
@@ -235,17 +175,30 @@ def add_square(renderer, x, y, side, color):
     renderer.AddViewProp(actor)
 
 
-def add_legend(renderer, shown, total, width, height, unit):
-    """Coloured squares with names, in rows below the title; with too many values, only how many there are."""
+def add_legend(renderer, palette, grid, width, height, unit):
+    """Below the title: a bar of colours with its ends, or coloured squares with names in rows; with too many of them,
+    only how many there are."""
     top = height - 3.5 * unit
+    if isinstance(palette, Ramp):
+        low = add_text(renderer, f"{palette.low:g}", 1.2 * unit, top, unit)
+        size = [0.0, 0.0]
+        low.GetSize(renderer, size)
+        left, shade = 1.7 * unit + size[0] / OVERSAMPLING, 12 * unit / SHADES
+        for i in range(SHADES):
+            # Each on top of those before, so that no gap is between two.
+            rest = (SHADES - i) * shade
+            add_square(renderer, left + i * shade, top - unit, (rest, unit), palette.color(i / (SHADES - 1)))
+        add_text(renderer, f"{palette.high:g}", left + 12.5 * unit, top, unit)
+        return
+    shown = palette.used(grid)
     if len(shown) > MOST_IN_LEGEND:
-        add_text(renderer, f"{total} of them", 1.2 * unit, top, unit, color=GREY)
+        add_text(renderer, f"{len(palette.entries)} of them", 1.2 * unit, top, unit, color=GREY)
         return
     column = (2.6 + 0.62 * max(len(entry.name) for entry in shown)) * unit
     columns = max(1, int((width - 2.4 * unit) / column))
     for i, entry in enumerate(shown):
         x, y = 1.2 * unit + i % columns * column, top - i // columns * 1.6 * unit
-        add_square(renderer, x, y - unit, unit, entry.color)
+        add_square(renderer, x, y - unit, (unit, unit), entry.color)
         add_text(renderer, entry.name, x + 1.5 * unit, y, unit)
 
 
@@ -261,19 +214,19 @@ def ambient_occlusion(renderer, diagonal):
     renderer.SetPass(occlusion)
 
 
-def draw_view(window, shown, parts, by, all_entries, camera, unit, options, caption):
+def draw_view(window, shown, parts, palette, camera, unit, options, caption):
     """The pixels of one view, drawn in `window`."""
     renderer = vtkRenderer()
     renderer.SetBackground(1, 1, 1)
     for surface, line_width in parts:
-        add_mesh(renderer, surface, by, all_entries, OVERSAMPLING * line_width)
+        add_mesh(renderer, surface, palette, OVERSAMPLING * line_width)
     add_light(renderer)
     if options.shadows:
         ambient_occlusion(renderer, camera.diagonal)
     width, height = (side / OVERSAMPLING for side in window.GetSize())
-    add_text(renderer, TITLES[by], 1.2 * unit, height - 1.1 * unit, 1.35 * unit, bold=True)
+    add_text(renderer, palette.title, 1.2 * unit, height - 1.1 * unit, 1.35 * unit, bold=True)
     add_text(renderer, caption, width - 1.2 * unit, height - 1.3 * unit, unit, color=GREY, from_right=True)
-    add_legend(renderer, used(shown, by, all_entries), len(all_entries), width, height, unit)
+    add_legend(renderer, palette, shown, width, height, unit)
     window.AddRenderer(renderer)
     camera.frame(renderer, width, height, HEADER * unit)
     window.Render()

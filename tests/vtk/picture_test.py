@@ -13,8 +13,11 @@ import tempfile
 import unittest
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkFiltersCore import vtkCellCenters
 from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
 ARGUMENTS = None
 BLUE, ORANGE, GREEN, RED = (0x4E, 0x79, 0xA7), (0xF2, 0x8E, 0x2B), (0x59, 0xA1, 0x4F), (0xE1, 0x57, 0x59)
@@ -80,6 +83,63 @@ class PictureTest(unittest.TestCase):
         dark = [int((self.draw(*shapes, option).max(axis=2) < 80).sum()) for option in ("--edges", "--no-edges")]
         self.assertGreater(dark[0], dark[1] + 1000)
 
+    def write_fields(self):
+        """The mesh in one file, with the x of its points and cells, and what that means."""
+        reader = vtkXMLPUnstructuredGridReader()
+        reader.SetFileName(f"{self.folder}/hexahedra/torus.pvtu")
+        reader.Update()
+        grid = reader.GetOutput()
+        centres = vtkCellCenters()
+        centres.SetInputData(grid)
+        centres.Update()
+        points = vtk_to_numpy(grid.GetPoints().GetData())
+        middle = vtk_to_numpy(centres.GetOutput().GetPoints().GetData())
+        side, nowhere = vtkStringArray(), numpy_to_vtk(np.full(len(middle), np.nan), deep=True)
+        for x, _, _ in middle:
+            side.InsertNextValue("west" if x < 0 else "east")
+        wind = points * [[1, 0, 0]]
+        wind[0] = np.nan
+        arrays = {"warmth": points[:, 0].copy(), "wind": wind}
+        for name, array in arrays.items():
+            array = numpy_to_vtk(array, deep=True)
+            array.SetName(name)
+            grid.GetPointData().AddArray(array)
+        for name, array in (("where", side), ("nowhere", nowhere)):
+            array.SetName(name)
+            grid.GetCellData().AddArray(array)
+        writer = vtkXMLUnstructuredGridWriter()
+        writer.SetFileName(f"{self.folder}/hexahedra/fields.vtu")
+        writer.SetInputData(grid)
+        writer.Write()
+        return f"{self.folder}/hexahedra/fields.vtu"
+
+    def draw_field(self, export, by):
+        run = subprocess.run([ARGUMENTS.picture, export, "-o", f"{self.folder}/field.png", "--color", by, "--clip",
+                              "none", "--up", "z", "--size", "640x480", "--no-shadows", "--no-edges"],
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        self.assertEqual((run.returncode, run.stdout), (0, ""))
+        return pixels(f"{self.folder}/field.png")
+
+    def test_fields_have_colours_from_the_lowest_to_the_highest_value(self):
+        export = self.write_fields()
+        # From the front right: x grows to the right, and somewhat away from the camera.
+        warmth = self.draw_field(export, "warmth")
+        blue = warmth[..., 2] > warmth[..., 0] + 25
+        red = warmth[..., 0] > warmth[..., 2] + 25
+        # Below the legend.
+        columns = [np.argwhere(mask[140:])[:, 1] for mask in (blue, red)]
+        self.assertGreater(min(map(len, columns)), 5000)
+        self.assertLess(columns[0].mean() + 60, columns[1].mean())
+        # The length of a vector has no sign: both ends are red.
+        wind = self.draw_field(export, "wind")
+        both = np.argwhere((wind[..., 0] > wind[..., 2] + 25)[140:])[:, 1]
+        self.assertLess(both.min() + 200, both.max())
+        side = self.draw_field(export, "where")
+        for color in (BLUE, ORANGE):
+            self.assertGreater(share(side, color), 0.05)
+        code, said = self.refused(ARGUMENTS.picture, export, "-o", f"{self.folder}/a.png", "--color", "nowhere")
+        self.assertEqual((code, said), (1, "ndmap-picture: array 'nowhere' has no finite number to draw"))
+
     def test_two_views_side_by_side_as_wide_as_asked(self):
         picture = self.draw("--color", "block,state", "--size", "1000x400")
         self.assertEqual(picture.shape, (400, 1000, 3))
@@ -114,8 +174,11 @@ class PictureTest(unittest.TestCase):
             self.assertEqual(len(said.splitlines()), 1, said)
             self.assertFalse(os.path.exists(f"{self.folder}/a.png"))
         code, said = self.refused(ARGUMENTS.picture, good, "-o", f"{self.folder}/a.png", "--color", "colour")
+        self.assertEqual((code, said), (1, "ndmap-picture: the export has no array 'colour', it has block, first, id, level, number, "
+                                      "place, side, state"))
+        code, said = self.refused(ARGUMENTS.picture, good, "-o", f"{self.folder}/a.png", "--color", "level,")
         self.assertEqual(code, 2)
-        self.assertIn("'colour' is not one of block, level, state", said)
+        self.assertIn("'level,' is not the name of an array", said)
 
     def test_says_what_to_install(self):
         code, said = self.refused("/bin/sh", ARGUMENTS.picture, "a.pvtu", "-o", "a.png", environment={"PATH": "/none"})
