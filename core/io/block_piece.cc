@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/hexahedron.h"
+#include "core/names/name_of.h"
 
 namespace ndmap {
 namespace {
@@ -31,9 +32,9 @@ bool HasCorners(Block3::Lcc& map, Block3::Dart d) {
 }  // namespace
 
 BlockPiece::BlockPiece(const GridShape& grid, VtuCells cells)
-    : grid_(grid), cells_(cells), finest_(FinestNumberedLevel(grid)) {}
+    : grid_(grid), initial_(grid.cells), cells_(cells), finest_(FinestNumberedLevel(grid)) {}
 
-absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget) {
+absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget, const AttributeStore* attributes) {
   if (!begun_) {
     begun_ = true;
     version_ = block.version();
@@ -43,11 +44,22 @@ absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget) {
   } else if (block.version() != version_) {
     return absl::AbortedError(absl::StrCat("block ", block.id().value, " changed while it was exported"));
   }
+  if (attributes != nullptr) {
+    for (PieceFields* fields : {&on_points_, &on_cells_}) {
+      if (absl::Status s = fields->Look(*attributes); !s.ok()) return s;
+    }
+  }
   for (size_t i = 0; i < budget && !todo_.empty(); ++i) {
     if (absl::Status s = AddCell(block, todo_.back()); !s.ok()) return s;
     todo_.pop_back();
   }
-  return todo_.empty();
+  for (PieceFields* fields : {&on_points_, &on_cells_}) {
+    if (absl::Status s = fields->Check(); !s.ok()) return s;
+  }
+  if (!todo_.empty()) return false;
+  piece_.point_fields = on_points_.Take();
+  piece_.cell_fields = on_cells_.Take();
+  return true;
 }
 
 absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
@@ -73,6 +85,7 @@ absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
   const VtuCell what{static_cast<int32_t>(block.id().value), static_cast<uint8_t>(level),
                      static_cast<uint8_t>(info.state == CellState::kClear ? CellState::kUnknown : info.state),
                      id << 3 * (finest_ - level)};
+  if (!on_cells_.empty()) on_cells_.Add(info.id);
   const auto frame = Frame<Block3>::Of(block.map(), cell);
   const std::array<Point3, 8> corners = frame.Corners(block.map());
   std::array<Lattice, 8> lattice;
@@ -166,8 +179,24 @@ int64_t BlockPiece::AddPoint(const Point3& point, const Lattice& at) {
   const int64_t ny = (int64_t{grid_.cells[1]} << finest_) + 1;
   const int64_t id = at[0] + nx * (at[1] + ny * at[2]);
   const auto [it, added] = point_of_id_.try_emplace(id, 0);
-  if (added) it->second = piece_.AddPoint(point, id);
+  if (added) {
+    it->second = piece_.AddPoint(point, id);
+    if (!on_points_.empty()) on_points_.Add(VertexAt(at));
+  }
   return it->second;
+}
+
+CellId BlockPiece::VertexAt(const Lattice& at) const {
+  LatticeBox box;
+  uint64_t stride = 1;
+  for (int c = 0; c < 3; ++c) {
+    const int64_t index = std::min(at[c] >> finest_, int64_t{grid_.cells[c]} - 1);
+    box.low.initial += stride * static_cast<uint64_t>(index);
+    box.low.at[c] =
+        static_cast<uint32_t>((at[c] - (index << finest_)) << (LatticePlace::kFinestLevel - finest_));
+    stride *= grid_.cells[c];
+  }
+  return NameOf(initial_, box);
 }
 
 }  // namespace ndmap

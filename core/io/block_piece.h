@@ -16,9 +16,12 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "core/algorithm/refine/frame.h"
+#include "core/attributes/table.h"
 #include "core/geometry/grid_shape.h"
+#include "core/io/piece_fields.h"
 #include "core/io/vtu_writer.h"
 #include "core/map/block.h"
+#include "core/names/initial_cells.h"
 
 namespace ndmap {
 
@@ -35,8 +38,9 @@ class BlockPiece {
   int finest_level() const { return finest_; }
 
   // Reads up to `budget` hexahedra; true when all are read. ABORTED when the block changed since the first
-  // call, OUT_OF_RANGE when a hexahedron is finer than the numbers reach.
-  absl::StatusOr<bool> Step(Block3& block, size_t budget);
+  // call, OUT_OF_RANGE when a hexahedron is finer than the numbers reach. Given the block's attributes (then
+  // at every call), those of vertices and hexahedra become fields; ABORTED as PieceFields says.
+  absl::StatusOr<bool> Step(Block3& block, size_t budget, const AttributeStore* attributes = nullptr);
 
   // What was read; after Step() was true.
   const VtuPiece& piece() const { return piece_; }
@@ -64,8 +68,11 @@ class BlockPiece {
   // OUT_OF_RANGE if the middle is finer than the lattice.
   absl::Status Between(const Lattice& a, const Lattice& b, Lattice& middle) const;
   int64_t AddPoint(const Point3& point, const Lattice& at);
+  // The id of the vertex there. O(levels).
+  CellId VertexAt(const Lattice& at) const;
 
   const GridShape grid_;
+  const GridCells initial_;
   const VtuCells cells_;
   int finest_ = 0;
   std::vector<Cell> todo_;
@@ -73,6 +80,8 @@ class BlockPiece {
   uint64_t version_ = 0;
   VtuPiece piece_;
   absl::flat_hash_map<int64_t, int64_t> point_of_id_;
+  PieceFields on_points_{0};
+  PieceFields on_cells_{3};
 };
 
 }  // namespace ndmap

@@ -5,6 +5,20 @@
 
 namespace ndmap {
 
+size_t VtuField::size() const {
+  switch (type) {
+    case Type::kDoubles:
+      return doubles.size();
+    case Type::kVectors:
+      return doubles.size() / 3;
+    case Type::kIntegers:
+      return integers.size();
+    case Type::kTexts:
+      break;
+  }
+  return texts.size();
+}
+
 int64_t VtuPiece::AddPoint(const Point3& point, int64_t id) {
   points.push_back(point);
   point_ids.push_back(id);

@@ -4,14 +4,18 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 
 namespace ndmap {
 namespace {
@@ -41,6 +45,11 @@ constexpr Declaration kLevel{"level", "UInt8"};
 constexpr Declaration kState{"state", "UInt8"};
 
 constexpr absl::string_view kGlobalIds = " GlobalIds=\"id\"";
+// Before an array's place in the appended data.
+constexpr absl::string_view kAppended = " format=\"appended\" offset=\"";
+constexpr absl::string_view kAppendedData = "<AppendedData";
+// What the head of a piece may be long, names of arrays and all.
+constexpr size_t kMostHead = size_t{1} << 20;
 
 absl::Status CheckSize(absl::string_view name, size_t size, size_t wanted, absl::string_view of) {
   if (size == wanted) return absl::OkStatus();
@@ -59,6 +68,12 @@ absl::Status CheckSizes(const VtuPiece& piece, const VtuArrays& arrays) {
   if (arrays.id) status.Update(CheckSize("cell_ids", piece.cell_ids.size(), cells, "cells"));
   if (!piece.faces.empty() || !piece.face_offsets.empty()) {
     status.Update(CheckSize("face_offsets", piece.face_offsets.size(), cells, "cells"));
+  }
+  for (const VtuField& field : piece.point_fields) {
+    status.Update(CheckSize(field.name, field.size(), piece.points.size(), "points"));
+  }
+  for (const VtuField& field : piece.cell_fields) {
+    status.Update(CheckSize(field.name, field.size(), cells, "cells"));
   }
   return status;
 }
@@ -180,12 +195,31 @@ class PieceEncoder {
   template <typename T>
   void Add(const Declaration& array, const std::vector<T>& data) {
     if (!status_.ok()) return;
-    absl::StrAppend(&xml_, "<DataArray type=\"", array.type, "\" Name=\"", array.name, "\"", array.more,
-                    " format=\"appended\" offset=\"", offset_, "\"/>\n");
+    absl::StrAppend(&xml_, array.type == "String" ? "<Array" : "<DataArray", " type=\"", array.type,
+                    "\" Name=\"", array.name, "\"", array.more, kAppended, offset_, "\"/>\n");
     encoded_.emplace_back();
     status_ =
         Compress({reinterpret_cast<const char*>(data.data()), data.size() * sizeof(T)}, &encoded_.back());
     offset_ += encoded_.back().size();
+  }
+
+  void Add(const VtuField& field) {
+    switch (field.type) {
+      case VtuField::Type::kDoubles:
+        return Add({field.name, "Float64"}, field.doubles);
+      case VtuField::Type::kVectors:
+        return Add({field.name, "Float64", " NumberOfComponents=\"3\""}, field.doubles);
+      case VtuField::Type::kIntegers:
+        return Add({field.name, "Int64"}, field.integers);
+      case VtuField::Type::kTexts:
+        break;
+    }
+    // Each text to its first zero byte, if it has one, and a zero byte.
+    std::vector<char> bytes;
+    for (const std::string& text : field.texts) {
+      bytes.insert(bytes.end(), text.c_str(), text.c_str() + std::strlen(text.c_str()) + 1);
+    }
+    Add({field.name, "String"}, bytes);
   }
 
   void Xml(absl::string_view text) { absl::StrAppend(&xml_, text); }
@@ -229,6 +263,23 @@ absl::Status WriteWhole(const std::string& path, absl::FunctionRef<absl::Status(
   return absl::OkStatus();
 }
 
+// The index, of what it says of point and cell data.
+std::string Index(absl::string_view data, absl::Span<const std::string> piece_names) {
+  std::string xml = absl::StrCat(
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<PUnstructuredGrid GhostLevel=\"0\">\n",
+      data, "<PPoints>\n<PDataArray type=\"", kPoints.type, "\" Name=\"", kPoints.name, "\"", kPoints.more,
+      "/>\n</PPoints>\n");
+  for (const std::string& name : piece_names) {
+    const std::string escaped =
+        absl::StrReplaceAll(name, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}});
+    absl::StrAppend(&xml, "<Piece Source=\"", escaped, "\"/>\n");
+  }
+  absl::StrAppend(&xml, "</PUnstructuredGrid>\n</VTKFile>\n");
+  return xml;
+}
+
 }  // namespace
 
 absl::Status WriteVtu(const VtuPiece& piece, ByteSink sink, const VtuArrays& arrays) {
@@ -244,11 +295,13 @@ absl::Status WriteVtu(const VtuPiece& piece, ByteSink sink, const VtuArrays& arr
                    piece.points.size(), "\" NumberOfCells=\"", piece.types.size(), "\">\n<PointData",
                    arrays.point_id ? kGlobalIds : "", ">\n"));
   if (arrays.point_id) encoder.Add(kId, piece.point_ids);
+  for (const VtuField& field : piece.point_fields) encoder.Add(field);
   encoder.Xml(absl::StrCat("</PointData>\n<CellData", arrays.id ? kGlobalIds : "", ">\n"));
   if (arrays.block) encoder.Add(kBlock, piece.block);
   if (arrays.level) encoder.Add(kLevel, piece.level);
   if (arrays.state) encoder.Add(kState, piece.state);
   if (arrays.id) encoder.Add(kId, piece.cell_ids);
+  for (const VtuField& field : piece.cell_fields) encoder.Add(field);
   encoder.Xml("</CellData>\n<Points>\n");
   encoder.Add(kPoints, piece.points);
   encoder.Xml("</Points>\n<Cells>\n");
@@ -268,36 +321,67 @@ absl::Status WriteVtuFile(const VtuPiece& piece, const std::string& path, const 
 }
 
 std::string PvtuText(absl::Span<const std::string> piece_names, const VtuArrays& arrays) {
-  std::string xml =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" "
-      "byte_order=\"LittleEndian\" "
-      "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<PUnstructuredGrid GhostLevel=\"0\">\n";
-  const auto declare = [&xml](const Declaration& array) {
-    absl::StrAppend(&xml, "<PDataArray type=\"", array.type, "\" Name=\"", array.name, "\"", array.more,
+  std::string point_data, cell_data;
+  const auto declare = [](const Declaration& array, std::string& to) {
+    absl::StrAppend(&to, "<PDataArray type=\"", array.type, "\" Name=\"", array.name, "\"", array.more,
                     "/>\n");
   };
-  absl::StrAppend(&xml, "<PPointData", arrays.point_id ? kGlobalIds : "", ">\n");
-  if (arrays.point_id) declare(kId);
-  absl::StrAppend(&xml, "</PPointData>\n<PCellData", arrays.id ? kGlobalIds : "", ">\n");
-  if (arrays.block) declare(kBlock);
-  if (arrays.level) declare(kLevel);
-  if (arrays.state) declare(kState);
-  if (arrays.id) declare(kId);
-  absl::StrAppend(&xml, "</PCellData>\n<PPoints>\n");
-  declare(kPoints);
-  absl::StrAppend(&xml, "</PPoints>\n");
-  for (const std::string& name : piece_names) {
-    const std::string escaped =
-        absl::StrReplaceAll(name, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}});
-    absl::StrAppend(&xml, "<Piece Source=\"", escaped, "\"/>\n");
+  if (arrays.point_id) declare(kId, point_data);
+  if (arrays.block) declare(kBlock, cell_data);
+  if (arrays.level) declare(kLevel, cell_data);
+  if (arrays.state) declare(kState, cell_data);
+  if (arrays.id) declare(kId, cell_data);
+  return Index(
+      absl::StrCat("<PPointData", arrays.point_id ? kGlobalIds : "", ">\n", point_data, "</PPointData>\n",
+                   "<PCellData", arrays.id ? kGlobalIds : "", ">\n", cell_data, "</PCellData>\n"),
+      piece_names);
+}
+
+absl::StatusOr<std::string> PvtuTextLike(absl::string_view piece, absl::Span<const std::string> piece_names) {
+  std::string data;
+  for (absl::string_view section : {"PointData", "CellData"}) {
+    const size_t begin = piece.find(absl::StrCat("<", section)),
+                 end = piece.find(absl::StrCat("</", section));
+    if (begin == absl::string_view::npos || end == absl::string_view::npos || end < begin) {
+      return absl::InvalidArgumentError(absl::StrCat("no VTU piece of ours: it has no ", section));
+    }
+    for (absl::string_view line : absl::StrSplit(piece.substr(begin, end - begin), '\n', absl::SkipEmpty())) {
+      if (!absl::ConsumePrefix(&line, "<")) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("no VTU piece of ours: its ", section, " has more than arrays"));
+      }
+      // An array ends with its place in the piece, the section itself does not.
+      const size_t place = line.find(kAppended);
+      absl::StrAppend(&data, "<P", line.substr(0, place), place == absl::string_view::npos ? "\n" : "/>\n");
+    }
+    absl::StrAppend(&data, "</P", section, ">\n");
   }
-  absl::StrAppend(&xml, "</PUnstructuredGrid>\n</VTKFile>\n");
-  return xml;
+  return Index(data, piece_names);
 }
 
 absl::Status WritePvtuFile(absl::Span<const std::string> piece_names, const std::string& path,
                            const VtuArrays& arrays) {
   return WriteWhole(path, [&](ByteSink sink) { return sink(PvtuText(piece_names, arrays)); });
+}
+
+absl::Status WritePvtuFileLike(const std::string& piece_path, absl::Span<const std::string> piece_names,
+                               const std::string& path) {
+  std::FILE* file = std::fopen(piece_path.c_str(), "rb");
+  if (file == nullptr) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", piece_path));
+  std::string head;
+  size_t end = std::string::npos;
+  std::array<char, 4096> part;
+  while (end == std::string::npos && head.size() < kMostHead) {
+    const size_t read = std::fread(part.data(), 1, part.size(), file);
+    if (read == 0) break;
+    head.append(part.data(), read);
+    end = absl::string_view(head).find(kAppendedData);
+  }
+  std::fclose(file);
+  absl::StatusOr<std::string> text = PvtuTextLike(absl::string_view(head).substr(0, end), piece_names);
+  if (!text.ok())
+    return absl::Status(text.status().code(), absl::StrCat(piece_path, ": ", text.status().message()));
+  return WriteWhole(path, [&](ByteSink sink) { return sink(*text); });
 }
 
 }  // namespace ndmap

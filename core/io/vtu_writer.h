@@ -13,6 +13,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
 #include "core/geometry/surface.h"
@@ -28,6 +29,22 @@ struct VtuCell {
   uint8_t level = 0;
   uint8_t state = 0;  // 0 unknown, 1 outside, 2 inside, 3 cut
   int64_t id = 0;     // the same number whichever piece the cell is in, 0 ... number of all cells - 1
+};
+
+// A column of values of all points or all cells of a piece.
+struct VtuField {
+  enum class Type : uint8_t { kDoubles, kVectors, kIntegers, kTexts };
+
+  // Other than those of the arrays below, and without a character that XML would have to escape.
+  std::string name;
+  Type type = Type::kDoubles;
+  // The one that belongs to the type; of vectors three numbers each.
+  std::vector<double> doubles;
+  std::vector<int64_t> integers;
+  std::vector<std::string> texts;
+
+  // Values.
+  size_t size() const;
 };
 
 // One piece, as VTK stores it. Fill it with the Add functions, or the arrays directly.
@@ -49,6 +66,9 @@ struct VtuPiece {
   std::vector<uint8_t> level;
   std::vector<int64_t> cell_ids;
   std::vector<uint8_t> state;
+
+  // Whatever else is known of points and cells.
+  std::vector<VtuField> point_fields, cell_fields;
 
   // The index of the new point.
   int64_t AddPoint(const Point3& point, int64_t id);
@@ -90,8 +110,16 @@ absl::Status WriteVtuFile(const VtuPiece& piece, const std::string& path, const 
 // The text of the .pvtu file for these pieces, named relative to its own folder.
 std::string PvtuText(absl::Span<const std::string> piece_names, const VtuArrays& arrays = {});
 
+// The same for pieces with the arrays of the one whose beginning this is, up to where the appended data
+// begin. INVALID_ARGUMENT if it is no piece that WriteVtu wrote.
+absl::StatusOr<std::string> PvtuTextLike(absl::string_view piece, absl::Span<const std::string> piece_names);
+
 // Writes PvtuText to `path`; on an error nothing is left behind.
 absl::Status WritePvtuFile(absl::Span<const std::string> piece_names, const std::string& path,
                            const VtuArrays& arrays = {});
+
+// Writes PvtuTextLike, for the piece in this file.
+absl::Status WritePvtuFileLike(const std::string& piece_path, absl::Span<const std::string> piece_names,
+                               const std::string& path);
 
 }  // namespace ndmap

@@ -123,6 +123,31 @@ TEST(VtuWriterTest, PieceNamesAreEscaped) {
   EXPECT_THAT(PvtuText({"a&b<c>\"d\".vtu"}), HasSubstr("Source=\"a&amp;b&lt;c&gt;&quot;d&quot;.vtu\""));
 }
 
+VtuPiece RowWithFields() {
+  VtuPiece piece = Row(2);
+  piece.point_fields = {{"t.emp-1", VtuField::Type::kDoubles, std::vector<double>(12, 0.5), {}, {}},
+                        {"wind", VtuField::Type::kVectors, std::vector<double>(36, 0.25), {}, {}}};
+  piece.cell_fields = {{"age", VtuField::Type::kIntegers, {}, {7, -7}, {}},
+                       {"rock", VtuField::Type::kTexts, {}, {}, {"clay", ""}}};
+  return piece;
+}
+
+TEST(VtuWriterTest, AnIndexIsMadeLikeAPieceWithFields) {
+  const std::string piece = Written(RowWithFields());
+  const absl::StatusOr<std::string> index = PvtuTextLike(piece, {"a.vtu", "b.vtu"});
+  ASSERT_TRUE(index.ok()) << index.status();
+  EXPECT_THAT(*index, HasSubstr("<PDataArray type=\"Float64\" Name=\"t.emp-1\"/>\n"));
+  EXPECT_THAT(*index, HasSubstr("<PDataArray type=\"Float64\" Name=\"wind\" NumberOfComponents=\"3\"/>\n"));
+  EXPECT_THAT(*index, HasSubstr("<PDataArray type=\"Int64\" Name=\"age\"/>\n"));
+  EXPECT_THAT(*index, HasSubstr("<PArray type=\"String\" Name=\"rock\"/>\n"));
+  // Without fields it is the other one.
+  EXPECT_EQ(PvtuTextLike(Written(Row(1)), {"a.vtu"}).value(), PvtuText({"a.vtu"}));
+  for (absl::string_view other : {absl::string_view(""), absl::string_view("<PointData>\nx\n</PointData>"),
+                                  absl::string_view(piece).substr(300)}) {
+    EXPECT_EQ(PvtuTextLike(other, {"a.vtu"}).status().code(), absl::StatusCode::kInvalidArgument) << other;
+  }
+}
+
 struct BadCase {
   const char* name;
   VtuPiece piece;
@@ -132,6 +157,10 @@ struct BadCase {
 
 TEST(VtuWriterTest, ArraysThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   const BadCase cases[] = {
+      {"vector of two", RowWithFields(), [](VtuPiece& p) { p.point_fields[1].doubles.resize(33); },
+       "array wind has 11 entries for 12 points"},
+      {"cell without text", RowWithFields(), [](VtuPiece& p) { p.cell_fields[1].texts.pop_back(); },
+       "array rock has 1 entries for 2 cells"},
       {"point without id", Row(2), [](VtuPiece& p) { p.point_ids.pop_back(); },
        "point_ids has 11 entries for 12"},
       {"cell without level", Row(2), [](VtuPiece& p) { p.level.pop_back(); },

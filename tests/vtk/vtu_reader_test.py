@@ -15,6 +15,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdList
 from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
@@ -84,6 +86,24 @@ class VtuReaderTest(unittest.TestCase):
             self.assertEqual(attributes.GetGlobalIds().GetName(), "id")
             self.assertEqual(attributes.GetGlobalIds().GetClassName(), "vtkIdTypeArray")
 
+    def test_fields_of_every_type_are_read_from_a_piece_and_from_the_index(self):
+        index, written = self.write("hexahedra")
+        for path, kind in ((self.piece(index, 0), vtkXMLUnstructuredGridReader), (index, vtkXMLPUnstructuredGridReader)):
+            reader = kind()
+            reader.SetFileName(path)
+            reader.Update()
+            grid = reader.GetOutput()
+            points, cells = grid.GetPointData(), grid.GetCellData()
+            at = vtk_to_numpy(grid.GetPoints().GetData())
+            np.testing.assert_array_equal(vtk_to_numpy(points.GetArray("first")), at[:, 0])
+            np.testing.assert_array_equal(vtk_to_numpy(points.GetArray("place")), at)
+            ids = vtk_to_numpy(cells.GetArray("id"))
+            np.testing.assert_array_equal(vtk_to_numpy(cells.GetArray("number")), ids)
+            side = cells.GetAbstractArray("side")
+            self.assertEqual([side.GetValue(i) for i in range(grid.GetNumberOfCells())],
+                             ["größere" if number < written["cells"] // 2 else "" for number in ids])
+        self.assertEqual(grid.GetNumberOfCells(), written["cells"])
+
     def test_the_same_mesh_gives_the_same_bytes(self):
         for cells in ("hexahedra", "polyhedra"):
             once, _ = self.write(cells, folder="once")
@@ -96,7 +116,7 @@ class VtuReaderTest(unittest.TestCase):
         report = check_vtu.check_export(self.piece(index, written["pieces"] - 1))
         self.assertEqual(report["errors"], [])
         self.assertEqual((report["cells"], report["points"], report["volume"]), (0, 0, 0.0))
-        self.assertEqual(report["cell_arrays"], ["block", "level", "state", "id"])
+        self.assertEqual(report["cell_arrays"][:4], ["block", "level", "state", "id"])
 
     def test_a_wrong_point_id_is_found(self):
         index, _ = self.write("hexahedra")

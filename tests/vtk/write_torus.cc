@@ -76,10 +76,27 @@ class Mesh {
         piece.AddHexahedron(corners, cube.cell);
       }
     }
+    AddFields(piece);
     return piece;
   }
 
  private:
+  // One of each type, of what the piece has anyway: the first coordinate and the place of points, the number
+  // of cells and on which side of the middle it is.
+  void AddFields(ndmap::VtuPiece& piece) const {
+    ndmap::VtuField first{"first", ndmap::VtuField::Type::kDoubles, {}, {}, {}};
+    ndmap::VtuField place{"place", ndmap::VtuField::Type::kVectors, {}, {}, {}};
+    for (const Point3& point : piece.points) {
+      first.doubles.push_back(point[0]);
+      place.doubles.insert(place.doubles.end(), point.begin(), point.end());
+    }
+    piece.point_fields = {first, place};
+    const auto middle = static_cast<int64_t>(cubes_.size() / 2);
+    ndmap::VtuField side{"side", ndmap::VtuField::Type::kTexts, {}, {}, {}};
+    for (int64_t id : piece.cell_ids) side.texts.push_back(id < middle ? "größere" : "");
+    piece.cell_fields = {{"number", ndmap::VtuField::Type::kIntegers, {}, piece.cell_ids, {}}, side};
+  }
+
   Point3 Position(const Lattice& at) const {
     Point3 p;
     for (int i = 0; i < 3; ++i) {
@@ -201,8 +218,10 @@ int Run(const std::string& folder, int depth, bool polyhedra) {
       return 1;
     }
   }
-  if (const absl::Status status = ndmap::WritePvtuFile(names, folder + "/torus.pvtu"); !status.ok()) {
-    std::cerr << status << "\n";
+  const absl::Status indexed =
+      ndmap::WritePvtuFileLike(absl::StrCat(folder, "/", names[0]), names, folder + "/torus.pvtu");
+  if (!indexed.ok()) {
+    std::cerr << indexed << "\n";
     return 1;
   }
   std::map<int, int64_t> blocks, levels, states;
