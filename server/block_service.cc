@@ -32,22 +32,30 @@ grpc::Status BlockServiceImpl::GetProcessStats(grpc::ServerContext*, const v1::G
   return grpc::Status::OK;
 }
 
-grpc::Status BlockServiceImpl::Beta(grpc::ServerContext*, const v1::BetaRequest* request,
+grpc::Status BlockServiceImpl::Beta(grpc::ServerContext* context, const v1::BetaRequest* request,
                                     v1::BetaResponse* response) {
-  return ToGrpc(walker_.Beta(*request, *response));
+  // What servers ask each other.
+  if (request->stay() && !request->trace()) {
+    return ToGrpc(walker_.Beta(
+        *request, [context] { return context->IsCancelled(); }, *response));
+  }
+  return ClientQuery(gate_, context).Run(*response, [&](const ClientQuery::Gone& gone) {
+    return walker_.Beta(*request, gone, *response);
+  });
 }
 
 grpc::Status BlockServiceImpl::Explore(grpc::ServerContext* context, const v1::ExploreRequest* request,
                                        grpc::ServerWriter<v1::ExploreResponse>* writer) {
-  return ToGrpc(explorer_.Explore(
-      *request, [context] { return context->IsCancelled(); },
-      [writer](const v1::ExploreResponse& part) { return writer->Write(part); }));
+  ClientQuery query(gate_, context);
+  return query.Run(
+      [&](const ClientQuery::Gone& gone) { return explorer_.Explore(*request, gone, query.Into(writer)); });
 }
 
 grpc::Status BlockServiceImpl::FetchCells(grpc::ServerContext* context, const v1::FetchCellsRequest* request,
                                           v1::FetchCellsResponse* response) {
-  return ToGrpc(explorer_.FetchCells(
-      *request, [context] { return context->IsCancelled(); }, *response));
+  return ClientQuery(gate_, context).Run(*response, [&](const ClientQuery::Gone& gone) {
+    return explorer_.FetchCells(*request, gone, *response);
+  });
 }
 
 grpc::Status BlockServiceImpl::AskBlock(grpc::ServerContext* context, const v1::AskBlockRequest* request,
@@ -56,18 +64,28 @@ grpc::Status BlockServiceImpl::AskBlock(grpc::ServerContext* context, const v1::
       *request, [context] { return context->IsCancelled(); }, *response));
 }
 
-grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest* request,
+grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext* context,
+                                             const v1::GetBlockStatsRequest* request,
                                              v1::GetBlockStatsResponse* response) {
-  std::vector<uint32_t> blocks(request->blocks().begin(), request->blocks().end());
+  return ClientQuery(gate_, context).Run(*response, [&](const ClientQuery::Gone& gone) {
+    return BlockStats(*request, gone, *response);
+  });
+}
+
+absl::Status BlockServiceImpl::BlockStats(const v1::GetBlockStatsRequest& request,
+                                          const ClientQuery::Gone& gone,
+                                          v1::GetBlockStatsResponse& response) {
+  std::vector<uint32_t> blocks(request.blocks().begin(), request.blocks().end());
   if (blocks.empty()) {
-    absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request->map());
-    if (!info.ok()) return ToGrpc(info.status());
+    absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request.map());
+    if (!info.ok()) return info.status();
     blocks = info->blocks;
   }
   for (uint32_t b : blocks) {
-    v1::BlockStats* stats = response->add_blocks();
+    if (gone()) return absl::CancelledError("the caller has gone");
+    v1::BlockStats* stats = response.add_blocks();
     absl::Status status = host_->Query(
-        request->map(), b,
+        request.map(), b,
         [&](Block3& block) {
           stats->set_block(b);
           stats->set_darts(block.map().number_of_darts());
@@ -79,18 +97,19 @@ grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext*, const v1::Get
           return absl::OkStatus();
         },
         BlockActor::Needs::kAny);
-    if (!status.ok()) return ToGrpc(status);
+    if (!status.ok()) return status;
   }
-  return grpc::Status::OK;
+  return absl::OkStatus();
 }
 
 grpc::Status BlockServiceImpl::ExportPiece(grpc::ServerContext* context,
                                            const v1::ExportPieceRequest* request,
                                            grpc::ServerWriter<v1::ExportPieceResponse>* writer) {
-  return ToGrpc(server::ExportPiece(
-      *host_, options_.piece_source, options_.data_folder, *request,
-      [context] { return context->IsCancelled(); },
-      [writer](const v1::ExportPieceResponse& response) { return writer->Write(response); }));
+  ClientQuery query(gate_, context, ClientQuery::Kind::kExport);
+  return query.Run([&](const ClientQuery::Gone& gone) {
+    return server::ExportPiece(*host_, options_.piece_source, options_.data_folder, *request, gone,
+                               query.Into(writer));
+  });
 }
 
 grpc::Status BlockServiceImpl::PutSurface(grpc::ServerContext*, grpc::ServerReader<v1::SurfaceChunk>* reader,

@@ -7,6 +7,7 @@
 
 #include "ndmap/v1/block_service.grpc.pb.h"
 #include "server/block_host.h"
+#include "server/client_query.h"
 #include "server/exchange.h"
 #include "server/explorer.h"
 #include "server/export.h"
@@ -21,6 +22,7 @@ struct ServiceOptions {
   uint64_t max_surface_bytes = uint64_t{4} << 30;
   // Of one question of a client.
   uint64_t max_query_darts = kDefaultQueryDarts;
+  QueryLimits query_limits;
   PieceSource piece_source = MakeVtuPiece;
 };
 
@@ -30,6 +32,7 @@ class BlockServiceImpl final
   BlockServiceImpl(BlockHost* host, ServiceOptions options)
       : host_(host),
         options_(std::move(options)),
+        gate_(options_.query_limits),
         walker_(host, &peers_),
         explorer_(host, &peers_, options_.max_query_darts),
         exchange_(host) {}
@@ -67,8 +70,12 @@ class BlockServiceImpl final
   ExchangeReactor* Exchange(grpc::CallbackServerContext*) override { return exchange_.Open(); }
 
  private:
+  absl::Status BlockStats(const v1::GetBlockStatsRequest& request, const ClientQuery::Gone& gone,
+                          v1::GetBlockStatsResponse& response);
+
   BlockHost* const host_;
   const ServiceOptions options_;
+  QueryGate gate_;
   PeerStubs peers_;
   Walker walker_;
   Explorer explorer_;

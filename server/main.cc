@@ -44,6 +44,26 @@ int main(int argc, char** argv) {
       ->envname("NDMAP_MAX_QUERY_DARTS")
       ->check(CLI::Range(uint64_t{1}, server::kMostQueryDarts))
       ->capture_default_str();
+  server::QueryLimits& limits = options.service.query_limits;
+  app.add_option("--max-queries", limits.max_queries, "most questions of clients answered at one time")
+      ->envname("NDMAP_MAX_QUERIES")
+      ->check(CLI::Range(1u, 65536u))
+      ->capture_default_str();
+  app.add_option("--max-response-bytes", limits.max_response_bytes, "limit of one answer, exports excepted")
+      ->envname("NDMAP_MAX_RESPONSE_BYTES")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
+      ->capture_default_str();
+  double query_seconds = absl::ToDoubleSeconds(limits.max_query_time);
+  app.add_option("--max-query-seconds", query_seconds, "longest time that a question of a client may take")
+      ->envname("NDMAP_MAX_QUERY_SECONDS")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
+  double export_seconds = absl::ToDoubleSeconds(limits.max_export_time);
+  app.add_option("--max-export-seconds", export_seconds, "longest time that the export of a piece may take")
+      ->envname("NDMAP_MAX_EXPORT_SECONDS")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
   int exit_code = 0;
   if (!service::Parse(app, argc, argv, exit_code)) return exit_code;
   auto fail = [](const absl::Status& status) {
@@ -55,6 +75,8 @@ int main(int argc, char** argv) {
   if (absl::Status status = service::BeginProgram(program); !status.ok()) return fail(status);
   options.listen = program.listen;
   options.coordinator_timeout = absl::Seconds(coordinator_timeout);
+  limits.max_query_time = absl::Seconds(query_seconds);
+  limits.max_export_time = absl::Seconds(export_seconds);
   options.host.factory = [](absl::string_view name, const Parameters& parameters,
                             const Environment& environment,
                             Block3& block) { return MakeAlgorithm(name, parameters, environment, block); };

@@ -112,7 +112,8 @@ absl::Status WalkOne(Block3& block, const v1::BetaStart& start, absl::Span<const
 
 }  // namespace
 
-absl::Status Walker::InBlock(const v1::BetaRequest& request, v1::BetaResponse& response) {
+absl::Status Walker::InBlock(const v1::BetaRequest& request, const std::function<bool()>& gone,
+                             v1::BetaResponse& response) {
   const absl::Span<const uint8_t> word(reinterpret_cast<const uint8_t*>(request.word().data()),
                                        request.word().size());
   int next = 0;
@@ -128,18 +129,20 @@ absl::Status Walker::InBlock(const v1::BetaRequest& request, v1::BetaResponse& r
     }
     return next == request.starts_size();
   };
-  return host_->QuerySliced(request.map(), request.block(), step, [] { return false; });
+  return host_->QuerySliced(request.map(), request.block(), step, gone);
 }
 
 absl::Status Walker::Ask(const std::string& address, const v1::BetaRequest& request,
-                         v1::BetaResponse& response) {
-  if (address.empty() || address == host_->address()) return InBlock(request, response);
+                         const std::function<bool()>& gone, v1::BetaResponse& response) {
+  if (address.empty() || address == host_->address()) return InBlock(request, gone, response);
+  if (gone()) return absl::CancelledError("the caller has gone");
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + PeerStubs::kDeadline);
   return service::FromGrpc(peers_->To(address)->Beta(&context, request, &response));
 }
 
-absl::Status Walker::Beta(const v1::BetaRequest& request, v1::BetaResponse& response) {
+absl::Status Walker::Beta(const v1::BetaRequest& request, const std::function<bool()>& gone,
+                          v1::BetaResponse& response) {
   if (request.starts_size() > kMaxStarts || request.word().size() > kMaxWord) {
     return absl::InvalidArgumentError(absl::StrCat(request.starts_size(), " starts and a word of ",
                                                    request.word().size(), " letters; at most ", kMaxStarts,
@@ -152,7 +155,7 @@ absl::Status Walker::Beta(const v1::BetaRequest& request, v1::BetaResponse& resp
                                                    request.word().size(), " letters; with stay, at most ",
                                                    kMaxTrace, " darts are told"));
   }
-  if (absl::Status status = InBlock(request, response); !status.ok() || request.stay()) return status;
+  if (absl::Status status = InBlock(request, gone, response); !status.ok() || request.stay()) return status;
   absl::StatusOr<BlockHost::MapInfo> info = host_->Info(request.map());
   if (!info.ok()) return info.status();
   while (true) {
@@ -183,7 +186,7 @@ absl::Status Walker::Beta(const v1::BetaRequest& request, v1::BetaResponse& resp
       next.set_stay(true);
       for (int i : starts) *next.add_starts()->mutable_label() = before.results(i).label();
       v1::BetaResponse answer;
-      if (absl::Status status = Ask(info->addresses[block], next, answer); !status.ok()) return status;
+      if (absl::Status status = Ask(info->addresses[block], next, gone, answer); !status.ok()) return status;
       if (answer.results_size() != next.starts_size())
         return absl::InternalError("a peer's answer has other starts");
       for (size_t k = 0; k < starts.size(); ++k) {

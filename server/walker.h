@@ -2,6 +2,7 @@
 // Beta across blocks: Proposition 1 over the cluster.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -16,12 +17,16 @@ class Walker {
 
   // The walks of one request. Those that leave the block go on, together with the others that enter the same
   // block, in memory or by asking its server with `stay`; so a request never waits for one that waits for it.
-  // Cost: a round for each crossing of the walk that crosses most. Blocking.
-  absl::Status Beta(const v1::BetaRequest& request, v1::BetaResponse& response);
+  // Cost: a round for each crossing of the walk that crosses most. CANCELLED soon after
+  // `gone` says true. Blocking.
+  absl::Status Beta(const v1::BetaRequest& request, const std::function<bool()>& gone,
+                    v1::BetaResponse& response);
 
  private:
-  absl::Status InBlock(const v1::BetaRequest& request, v1::BetaResponse& response);
-  absl::Status Ask(const std::string& address, const v1::BetaRequest& request, v1::BetaResponse& response);
+  absl::Status InBlock(const v1::BetaRequest& request, const std::function<bool()>& gone,
+                       v1::BetaResponse& response);
+  absl::Status Ask(const std::string& address, const v1::BetaRequest& request,
+                   const std::function<bool()>& gone, v1::BetaResponse& response);
 
   BlockHost* const host_;
   PeerStubs* const peers_;
