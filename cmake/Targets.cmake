@@ -5,6 +5,19 @@ function(ndmap_library name)
   target_link_libraries(${name} PUBLIC ndmap_options ${A_DEPS})
 endfunction()
 
+# The same for a library that programs outside this tree may use, as ndmap::NAME without "ndmap_": nothing of our own flags
+# goes to them.
+function(ndmap_installed_library name)
+  cmake_parse_arguments(A "" "" "SOURCES;DEPS" ${ARGN})
+  add_library(${name} STATIC ${A_SOURCES})
+  string(REGEX REPLACE "^ndmap_" "" short ${name})
+  add_library(ndmap::${short} ALIAS ${name})
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${short})
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PUBLIC ${A_DEPS} PRIVATE $<BUILD_INTERFACE:ndmap_options>)
+  install(TARGETS ${name} EXPORT ndmap-targets ARCHIVE COMPONENT sdk)
+endfunction()
+
 # ndmap_test(name SOURCES a_test.cc DEPS x y [LABELS l] [TIMEOUT s]): a GoogleTest program, one CTest test a case.
 function(ndmap_test name)
   cmake_parse_arguments(A "" "LABELS;TIMEOUT" "SOURCES;DEPS" ${ARGN})
