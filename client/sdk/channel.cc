@@ -5,6 +5,7 @@
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 
+#include <algorithm>
 #include <cstdint>
 
 #include "absl/strings/match.h"
@@ -13,6 +14,11 @@
 #include "absl/time/clock.h"
 
 namespace ndmap::internal {
+namespace {
+
+constexpr absl::Duration kLongestPause = absl::Seconds(1);
+
+}  // namespace
 
 absl::Status CheckTarget(absl::string_view target) {
   const size_t colon = target.rfind(':');
@@ -84,6 +90,20 @@ absl::Status Retry(const ClientOptions& options, const std::function<absl::Statu
     absl::SleepFor(pause);
     pause *= 2;
   }
+}
+
+Retries::Retries(const ClientOptions& options)
+    : options_(options), end_(absl::Now() + options.call_timeout), pause_(options.first_pause) {}
+
+bool Retries::Again(const absl::Status& failure) {
+  if (absl::IsUnavailable(failure)) {
+    if (++unavailable_ >= options_.attempts) return false;
+  } else if (!absl::IsAborted(failure) || absl::Now() + pause_ > end_) {
+    return false;
+  }
+  absl::SleepFor(pause_);
+  pause_ = std::min(2 * pause_, std::max(kLongestPause, options_.first_pause));
+  return true;
 }
 
 }  // namespace ndmap::internal

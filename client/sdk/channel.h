@@ -39,6 +39,22 @@ absl::Status FromGrpc(const grpc::Status& status, absl::string_view who);
 // done twice.
 absl::Status Retry(const ClientOptions& options, const std::function<absl::Status()>& call);
 
+// Whether to try once more what may be done twice, and the pause before. Like Retry, and also after ABORTED
+// ("try again in a moment": the map's attributes are being brought up to date), for options.call_timeout in
+// all.
+class Retries {
+ public:
+  explicit Retries(const ClientOptions& options);
+  // After a failure: false if it is final, otherwise true after the pause.
+  bool Again(const absl::Status& failure);
+
+ private:
+  const ClientOptions& options_;
+  const absl::Time end_;
+  absl::Duration pause_;
+  int unavailable_ = 0;
+};
+
 // A unary call with a deadline. `method` is a member of a generated stub.
 template <class Stub, class Request, class Response>
 absl::Status CallOnce(Stub& stub,

@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/types/span.h"
+#include "client/sdk/attributes.h"
 #include "client/sdk/job.h"
 #include "ndmap/v1/block_service.pb.h"
 #include "ndmap/v1/coordinator.pb.h"
@@ -101,6 +102,40 @@ class MapHandle {
   absl::StatusOr<Traced> Trace(uint32_t block, const v1::BetaStart& start,
                                absl::Span<const uint8_t> word) const;
 
+  // Attributes of cells (attributes.h; docs/attributes.md tells the rules). All of these may be called from
+  // any thread.
+  //
+  // Start jobs; every cell has the fill value, and the values are gone, when they are done. ALREADY_EXISTS,
+  // NOT_FOUND, INVALID_ARGUMENT, FAILED_PRECONDITION naming the job that is in the way. Not tried again.
+  absl::StatusOr<JobHandle> DefineAttribute(const NewAttribute& attribute) const;
+  absl::StatusOr<JobHandle> DropAttribute(const std::string& name) const;
+  // Those that are defined now; info() has those of when the handle was made.
+  absl::StatusOr<std::vector<v1::Attribute>> ListAttributes() const;
+
+  // Values of cells of one dimension, by names of attributes or of what the map knows itself ("@point",
+  // "@level",
+  // "@volume": attributes.proto). Ids come in the order in which they are asked for, cells of a question
+  // ascending, all cells in any order. Asks when the range is begun. Tried again when a server does not
+  // answer or attributes are being brought up to date, as long as nothing of a question or of all cells was
+  // handed over; reading ids goes on where it was.
+  AttributeReader ReadAttributes(uint32_t dimension, std::vector<std::string> names,
+                                 v1::CellSelection select) const;
+
+  // Writes one value a cell, at the server of block 0. Ids that the map has not now are told in the answer,
+  // the others are written. On an error some may have been written. Tried again as above, for writing the
+  // same twice is harmless; somebody else's write in between is then written over. INVALID_ARGUMENT when
+  // there are not as many values as cells.
+  absl::StatusOr<v1::WriteAttributeResponse> WriteAttribute(const std::string& name, const CellIds& cells,
+                                                            const AttributeColumn& values) const;
+  // Writes one value to all cells of a selection.
+  absl::StatusOr<v1::WriteAttributeResponse> SetAttribute(const std::string& name,
+                                                          const v1::CellSelection& select,
+                                                          const AttributeColumn& value) const;
+
+  // Counts, exact sums, extremes, histograms, integrals (attributes.proto); the map's name is filled in.
+  // Tried again as above.
+  absl::StatusOr<std::vector<v1::Aggregate>> Aggregate(const v1::AggregateRequest& question) const;
+
   // Streams one block's piece, as written by the block's own server, and compares its checksum. `options` go
   // to the piece's writer ("cells": "polyhedron"). Not tried again: the sink may hold half a piece.
   absl::StatusOr<v1::ExportSummary> ExportPiece(
@@ -120,6 +155,9 @@ class MapHandle {
   absl::Status Cross(Walker& walker, const v1::BetaResult& at) const;
   absl::StatusOr<bool> HasLabel(uint32_t block, const v1::Label& label) const;
   absl::Status ExploreOnce(const v1::ExploreRequest& request, PartSink take) const;
+  // Tries a write until it is done or its error is final.
+  absl::StatusOr<v1::WriteAttributeResponse> Write(
+      absl::Span<const v1::WriteAttributeRequest> messages) const;
 
   std::shared_ptr<internal::Connection> connection_;
   std::shared_ptr<const v1::Map> info_;
