@@ -180,10 +180,9 @@ def add_legend(renderer, palette, grid, width, height, unit):
     only how many there are."""
     top = height - 3.5 * unit
     if isinstance(palette, Ramp):
-        low = add_text(renderer, f"{palette.low:g}", 1.2 * unit, top, unit)
-        size = [0.0, 0.0]
-        low.GetSize(renderer, size)
-        left, shade = 1.7 * unit + size[0] / OVERSAMPLING, 12 * unit / SHADES
+        low = f"{palette.low:g}"
+        add_text(renderer, low, 1.2 * unit, top, unit)
+        left, shade = (1.7 + 0.62 * len(low)) * unit, 12 * unit / SHADES
         for i in range(SHADES):
             # Each on top of those before, so that no gap is between two.
             rest = (SHADES - i) * shade

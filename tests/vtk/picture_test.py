@@ -118,7 +118,8 @@ class PictureTest(unittest.TestCase):
                               "none", "--up", "z", "--size", "640x480", "--no-shadows", "--no-edges"],
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         self.assertEqual((run.returncode, run.stdout), (0, ""))
-        return pixels(f"{self.folder}/field.png")
+        # From the top to the bottom.
+        return pixels(f"{self.folder}/field.png")[::-1]
 
     def test_fields_have_colours_from_the_lowest_to_the_highest_value(self):
         export = self.write_fields()
@@ -130,6 +131,12 @@ class PictureTest(unittest.TestCase):
         columns = [np.argwhere(mask[140:])[:, 1] for mask in (blue, red)]
         self.assertGreater(min(map(len, columns)), 5000)
         self.assertLess(columns[0].mean() + 60, columns[1].mean())
+        # The bar of the legend, and both its ends in dark letters beside it.
+        legend = warmth[45:70]
+        bar = np.flatnonzero((np.abs(legend[12] - (0x30, 0x36, 0x5F)) < 12).all(axis=1))
+        ink = np.argwhere(legend.max(axis=2) < 90)[:, 1]
+        self.assertGreater((ink < bar[0]).sum(), 15)
+        self.assertGreater((ink > bar[0] + 12 * 640 / 45).sum(), 15)
         # The length of a vector has no sign: both ends are red.
         wind = self.draw_field(export, "wind")
         both = np.argwhere((wind[..., 0] > wind[..., 2] + 25)[140:])[:, 1]
