@@ -76,14 +76,19 @@ absl::StatusOr<SurfaceFile> ReadOrThrow(absl::string_view bytes, SurfaceFormat f
     return absl::ResourceExhaustedError(
         absl::StrCat("has ", bytes.size(), " bytes; at most ", limits.max_bytes, " are read"));
   }
-  auto scanned = Scan(bytes, format);
-  if (!scanned.ok()) return scanned.status();
-  auto soup = ReadByCgal(*std::move(scanned), format);
+  auto soup = internal::ReadPolygonSoup(bytes, format);
   if (!soup.ok()) return soup.status();
   return internal::SurfaceFromSoup(*std::move(soup), limits);
 }
 
 }  // namespace
+
+absl::StatusOr<internal::PolygonSoup> internal::ReadPolygonSoup(absl::string_view bytes,
+                                                                SurfaceFormat format) {
+  auto scanned = Scan(bytes, format);
+  if (!scanned.ok()) return scanned.status();
+  return ReadByCgal(*std::move(scanned), format);
+}
 
 absl::StatusOr<SurfaceFormat> SurfaceFormatOf(absl::string_view path) {
   std::string name = absl::AsciiStrToLower(path);

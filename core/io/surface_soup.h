@@ -17,6 +17,10 @@ struct PolygonSoup {
   std::vector<std::vector<uint32_t>> polygons;
 };
 
+// The points and polygons of a file's content as they are there; in STL, which has no shared points, equal
+// points are one. INVALID_ARGUMENT with the line or element; CGAL's exceptions pass.
+absl::StatusOr<PolygonSoup> ReadPolygonSoup(absl::string_view bytes, SurfaceFormat format);
+
 // Merges equal points, drops faces with fewer than three corners left and points without faces, triangulates
 // the rest, checks that every edge has two triangles, and orients the triangles. O(n log n) for n triangles.
 absl::StatusOr<SurfaceFile> SurfaceFromSoup(PolygonSoup soup, const ReadLimits& limits);

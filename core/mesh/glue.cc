@@ -210,7 +210,8 @@ absl::StatusOr<GluedMesh> GlueOrThrow(VolumeMesh mesh, const GlueOptions& option
   GluedMesh out;
   out.mesh = std::move(mesh);
   if (absl::Status s = internal::CheckArrays(out.mesh); !s.ok()) return s;
-  internal::TidyPoints(options, &out);
+  internal::TidyPoints({&out.mesh.points, &out.mesh.corners, &out.mesh.source, "cell"},
+                       options.merge_equal_points, &out.notes, &out.warnings);
   if (absl::Status s = internal::CheckCorners(out.mesh); !s.ok()) return s;
   if (absl::Status s = internal::CheckSoundness(out.mesh, options, &out.warnings); !s.ok()) return s;
   if (absl::Status s = Gluer(&out).Run(); !s.ok()) return s;

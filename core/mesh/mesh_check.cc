@@ -66,10 +66,6 @@ std::string CellName(const VolumeMesh& mesh, uint64_t cell) {
   return absl::StrCat(ShapeOf(mesh.kinds[cell]).name, " ", mesh.source.Cell(cell));
 }
 
-std::string PointName(const VolumeMesh& mesh, uint32_t point) {
-  return absl::StrCat("point ", mesh.source.Point(point));
-}
-
 std::string FaceName(const VolumeMesh& mesh, uint64_t cell, int face) {
   const int size = ShapeOf(mesh.kinds[cell]).face_corners[face];
   std::string name = "the face of points ";
@@ -83,8 +79,8 @@ std::string FaceName(const VolumeMesh& mesh, uint64_t cell, int face) {
   return name;
 }
 
-std::string HowCounted(const VolumeMesh& mesh) {
-  return mesh.source.numbering.empty() ? "" : absl::StrCat(" (", mesh.source.numbering, ")");
+std::string HowCounted(const MeshSource& source) {
+  return source.numbering.empty() ? "" : absl::StrCat(" (", source.numbering, ")");
 }
 
 std::string CellList::Names(const VolumeMesh& mesh) const {
@@ -97,9 +93,8 @@ std::string CellList::Names(const VolumeMesh& mesh) const {
   return absl::StrCat(names, HowCounted(mesh));
 }
 
-absl::Status Refused(const VolumeMesh& mesh, absl::string_view what) {
-  const std::string& file = mesh.source.file;
-  return absl::InvalidArgumentError(absl::StrCat(file, file.empty() ? "" : ": ", what));
+absl::Status Refused(const MeshSource& source, absl::string_view what) {
+  return absl::InvalidArgumentError(absl::StrCat(source.file, source.file.empty() ? "" : ": ", what));
 }
 
 absl::Status CheckArrays(const VolumeMesh& mesh) {
@@ -135,8 +130,8 @@ absl::Status CheckArrays(const VolumeMesh& mesh) {
   for (uint32_t p = 0; p < mesh.points.size(); ++p) {
     for (double x : mesh.points[p]) {
       if (!std::isfinite(x))
-        return Refused(
-            mesh, absl::StrCat(PointName(mesh, p), HowCounted(mesh), " has a coordinate that is not finite"));
+        return Refused(mesh, absl::StrCat("point ", mesh.source.Point(p), HowCounted(mesh),
+                                          " has a coordinate that is not finite"));
     }
   }
   return absl::OkStatus();

@@ -30,17 +30,19 @@ class CellList {
 
 // "prism 7": by the number in the file.
 std::string CellName(const VolumeMesh& mesh, uint64_t cell);
-// "point 7".
-std::string PointName(const VolumeMesh& mesh, uint32_t point);
 // "the face of points 1, 2 and 3".
 std::string FaceName(const VolumeMesh& mesh, uint64_t cell, int face);
 // " (counted from 0)", or nothing.
-std::string HowCounted(const VolumeMesh& mesh);
+std::string HowCounted(const MeshSource& source);
+inline std::string HowCounted(const VolumeMesh& mesh) { return HowCounted(mesh.source); }
 // "1 cell", "7 cells".
 std::string Count(uint64_t n, absl::string_view one, absl::string_view many);
 
 // INVALID_ARGUMENT that begins with the file's name, if it is known.
-absl::Status Refused(const VolumeMesh& mesh, absl::string_view what);
+absl::Status Refused(const MeshSource& source, absl::string_view what);
+inline absl::Status Refused(const VolumeMesh& mesh, absl::string_view what) {
+  return Refused(mesh.source, what);
+}
 
 // Arrays that fit together, cells there, indices in range, coordinates finite. O(size).
 absl::Status CheckArrays(const VolumeMesh& mesh);
@@ -50,8 +52,17 @@ absl::Status CheckCorners(const VolumeMesh& mesh);
 absl::Status CheckSoundness(const VolumeMesh& mesh, const GlueOptions& options,
                             std::vector<std::string>* warnings);
 
-// Merges points of equal coordinates, or warns of them; drops points that no cell uses, with a note. Wants
-// CheckArrays. Expected O(points + corners).
-void TidyPoints(const GlueOptions& options, GluedMesh* glued);
+// The points of a mesh and the corners that stand for them.
+struct PointTable {
+  std::vector<Point3>* points;
+  std::vector<uint32_t>* corners;
+  MeshSource* source;
+  absl::string_view of;  // "cell" or "face".
+};
+
+// Merges points of equal coordinates, or warns of them; drops points that nothing uses, with a note. All
+// corners must be in range. Expected O(points + corners).
+void TidyPoints(const PointTable& table, bool merge_equal, std::vector<std::string>* notes,
+                std::vector<std::string>* warnings);
 
 }  // namespace ndmap::internal

@@ -2,28 +2,15 @@
 #include "core/mesh/mesh_facts.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "core/mesh/cell_geometry.h"
+#include "core/mesh/classes.h"
 
 namespace ndmap {
 namespace {
 
-class Classes {
- public:
-  explicit Classes(uint64_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  void Join(uint64_t a, uint64_t b) { parent_[Root(a)] = Root(b); }
-  bool IsRoot(uint64_t a) const { return parent_[a] == a; }
-
- private:
-  uint32_t Root(uint64_t a) {
-    uint32_t i = static_cast<uint32_t>(a);
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<uint32_t> parent_;
-};
+using internal::Classes;
 
 constexpr int kFaceDarts = kMostCellFaces * kMostFaceCorners;
 
@@ -81,7 +68,7 @@ std::pair<uint64_t, uint64_t> CountOrbits(const GluedMesh& glued) {
     edges.Join(dart(c, f, i), dart(link.cell, link.face, (link.turn + 2 * k - i - 1) % k));
   });
   std::pair<uint64_t, uint64_t> counts{0, 0};
-  for (uint64_t v = 0; v < mesh.corners.size(); ++v) counts.first += vertices.IsRoot(v);
+  counts.first = vertices.Count();
   ForEachDart(mesh, [&](uint64_t c, const CellShape&, int f, int i) {
     counts.second += edges.IsRoot(dart(c, f, i));
   });
@@ -95,9 +82,7 @@ uint64_t CountComponents(const GluedMesh& glued) {
       if (!glued.Link(c, f).boundary()) cells.Join(c, glued.Link(c, f).cell);
     }
   }
-  uint64_t count = 0;
-  for (uint64_t c = 0; c < glued.mesh.cells(); ++c) count += cells.IsRoot(c);
-  return count;
+  return cells.Count();
 }
 
 void DescribeBoundary(const GluedMesh& glued, MeshFacts* facts) {
@@ -124,7 +109,7 @@ void DescribeBoundary(const GluedMesh& glued, MeshFacts* facts) {
     ++facts->boundary_edges;
     facts->crowded_boundary_edges += end - i > 2;
   }
-  for (uint32_t f = 0; f < face; ++f) facts->boundary_components += pieces.IsRoot(f);
+  facts->boundary_components = pieces.Count();
   for (bool on : on_boundary) facts->boundary_points += on;
   facts->boundary_faces = face;
   facts->boundary_euler = static_cast<int64_t>(facts->boundary_points) -

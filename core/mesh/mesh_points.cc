@@ -9,9 +9,9 @@
 namespace ndmap::internal {
 namespace {
 
-std::vector<bool> Used(const VolumeMesh& mesh) {
-  std::vector<bool> used(mesh.points.size(), false);
-  for (uint32_t corner : mesh.corners) used[corner] = true;
+std::vector<bool> Used(const PointTable& table) {
+  std::vector<bool> used(table.points->size(), false);
+  for (uint32_t corner : *table.corners) used[corner] = true;
   return used;
 }
 
@@ -22,15 +22,15 @@ struct Equals {
   std::pair<uint32_t, uint32_t> example;
 };
 
-Equals FindEquals(const VolumeMesh& mesh, const std::vector<bool>& used) {
+Equals FindEquals(const std::vector<Point3>& points, const std::vector<bool>& used) {
   Equals equals;
-  equals.first.resize(mesh.points.size());
+  equals.first.resize(points.size());
   std::iota(equals.first.begin(), equals.first.end(), 0);
   absl::flat_hash_map<Point3, uint32_t> seen;
-  seen.reserve(mesh.points.size());
-  for (uint32_t p = 0; p < mesh.points.size(); ++p) {
+  seen.reserve(points.size());
+  for (uint32_t p = 0; p < points.size(); ++p) {
     if (!used[p]) continue;
-    Point3 place = mesh.points[p];
+    Point3 place = points[p];
     for (double& x : place) x += 0.0;  // -0 is 0.
     const auto [it, added] = seen.try_emplace(place, p);
     if (added) continue;
@@ -40,50 +40,53 @@ Equals FindEquals(const VolumeMesh& mesh, const std::vector<bool>& used) {
   return equals;
 }
 
-void DropUnused(VolumeMesh* mesh) {
-  const std::vector<bool> used = Used(*mesh);
-  auto& numbers = mesh->source.points;
+void DropUnused(const PointTable& table) {
+  const std::vector<bool> used = Used(table);
+  std::vector<Point3>& points = *table.points;
+  auto& numbers = table.source->points;
   if (numbers.empty()) {
-    numbers.resize(mesh->points.size());
-    std::iota(numbers.begin(), numbers.end(), mesh->source.first_point);
+    numbers.resize(points.size());
+    std::iota(numbers.begin(), numbers.end(), table.source->first_point);
   }
-  std::vector<uint32_t> place(mesh->points.size());
+  std::vector<uint32_t> place(points.size());
   uint32_t next = 0;
-  for (uint32_t p = 0; p < mesh->points.size(); ++p) {
+  for (uint32_t p = 0; p < points.size(); ++p) {
     if (!used[p]) continue;
-    mesh->points[next] = mesh->points[p];
+    points[next] = points[p];
     numbers[next] = numbers[p];
     place[p] = next++;
   }
-  mesh->points.resize(next);
+  points.resize(next);
   numbers.resize(next);
-  for (uint32_t& corner : mesh->corners) corner = place[corner];
+  for (uint32_t& corner : *table.corners) corner = place[corner];
 }
 
 }  // namespace
 
-void TidyPoints(const GlueOptions& options, GluedMesh* glued) {
-  VolumeMesh& mesh = glued->mesh;
-  const std::vector<bool> used = Used(mesh);
+void TidyPoints(const PointTable& table, bool merge_equal, std::vector<std::string>* notes,
+                std::vector<std::string>* warnings) {
+  const std::vector<bool> used = Used(table);
   uint64_t unused = 0;
   for (bool u : used) unused += !u;
-  if (unused > 0)
-    glued->notes.push_back(absl::StrCat("left out ", Count(unused, "point", "points"), " that no cell uses"));
-
-  const Equals equals = FindEquals(mesh, used);
+  if (unused > 0) {
+    notes->push_back(
+        absl::StrCat("left out ", Count(unused, "point", "points"), " that no ", table.of, " uses"));
+  }
+  const Equals equals = FindEquals(*table.points, used);
   if (equals.repeated > 0) {
     const std::string many = Count(equals.repeated, "point", "points");
-    if (options.merge_equal_points) {
-      for (uint32_t& corner : mesh.corners) corner = equals.first[corner];
-      glued->notes.push_back(absl::StrCat("merged ", many, " with another of equal coordinates"));
+    if (merge_equal) {
+      for (uint32_t& corner : *table.corners) corner = equals.first[corner];
+      notes->push_back(absl::StrCat("merged ", many, " with another of equal coordinates"));
     } else {
-      glued->warnings.push_back(
-          absl::StrCat(many, equals.repeated == 1 ? " lies" : " lie", " where another does, as ",
-                       PointName(mesh, equals.example.second), " and ", PointName(mesh, equals.example.first),
-                       HowCounted(mesh), ": cells are not glued across them unless equal points are merged"));
+      const MeshSource& source = *table.source;
+      warnings->push_back(absl::StrCat(
+          many, equals.repeated == 1 ? " lies" : " lie", " where another does, as point ",
+          source.Point(equals.example.second), " and point ", source.Point(equals.example.first),
+          HowCounted(source), ": ", table.of, "s are not glued across them unless equal points are merged"));
     }
   }
-  if (unused > 0 || (equals.repeated > 0 && options.merge_equal_points)) DropUnused(&mesh);
+  if (unused > 0 || (equals.repeated > 0 && merge_equal)) DropUnused(table);
 }
 
 }  // namespace ndmap::internal
