@@ -9,6 +9,7 @@ import numpy as np
 
 import ndmap
 from cluster import Cluster, ClusterTest
+from ndmap.export import stream_piece
 
 TETRAHEDRON = (
     np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float),
@@ -181,6 +182,18 @@ class LostServerTest(ClusterTest):
             self.assertFalse(os.path.exists(f"{self.folder}/new"))
             cluster.stop()
             self.fails(ndmap.UnavailableError, "the coordinator at", client.maps)
+
+    def test_a_server_that_goes_in_the_middle_of_a_stream(self):
+        cluster = Cluster(1)
+        self.addCleanup(cluster.stop)
+        with ndmap.connect(cluster.address) as client:
+            # A piece of several times what gRPC sends ahead of the reader.
+            made = client.create_map("big", self.torus, grid="40x40x40", blocks=1)
+            pid = made.server_stats()[0].pid
+            stream = stream_piece(client._connection, made.info, 0, "hexahedron")
+            self.assertTrue(next(stream))
+            os.kill(pid, signal.SIGKILL)
+            self.fails(ndmap.UnavailableError, "the block server at", list, stream)
 
 
 if __name__ == "__main__":
