@@ -23,6 +23,7 @@ class MapCluster {
   }
 
   const std::string& coordinator() const { return coordinator_; }
+  std::string surface() const { return folder_ / "torus.off"; }
   std::vector<std::string> With(std::vector<std::string> arguments) const {
     arguments.insert(arguments.end(), {"--coordinator", coordinator_});
     return arguments;
@@ -46,7 +47,7 @@ class MapCluster {
     return outcome.err;
   }
   void Create(const std::string& map) const {
-    Do({"create", map, folder_ / "torus.off", "--grid", "6x6x3", "--blocks", "2"});
+    Do({"create", map, surface(), "--grid", "6x6x3", "--blocks", "2"});
   }
 
  private:
