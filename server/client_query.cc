@@ -84,7 +84,7 @@ grpc::Status ClientQuery::Run(absl::FunctionRef<absl::Status(const Gone& gone)> 
 grpc::Status ClientQuery::Run(google::protobuf::Message& response,
                               absl::FunctionRef<absl::Status(const Gone& gone)> answer) {
   return Run([&](const Gone& gone) {
-    const absl::Status status = answer(gone);
+    absl::Status status = answer(gone);
     if (status.ok() && !Fits(response.ByteSizeLong())) response.Clear();
     return status;
   });
