@@ -10,6 +10,7 @@
 #include "core/algorithm/classify/classify.h"
 #include "core/algorithm/count/count.h"
 #include "core/algorithm/hash/hash.h"
+#include "core/algorithm/load/load.h"
 #include "core/algorithm/refine/refine.h"
 #include "core/algorithm/trim/trim.h"
 
@@ -34,6 +35,7 @@ Entry MakeEntry(const char* name, bool changes_map, const char* summary) {
 const std::vector<Entry>& Entries() {
   static const auto& entries = *new std::vector<Entry>{
       MakeEntry<Build>("build", true, "make the initial grid of hexahedra"),
+      MakeEntry<Load>("load", true, "make the cells of a mesh"),
       MakeEntry<Refine>("refine", true, "split hexahedra in eight where an oracle says so"),
       MakeEntry<Classify>("classify", true, "tell which hexahedra are cut, inside or outside"),
       MakeEntry<Trim>("trim", true, "erase the hexahedra that are not wanted"),

@@ -22,7 +22,7 @@ struct AlgorithmInfo {
   std::string summary;
 };
 
-// All algorithms, by name. The names: build, refine, classify, trim, check, hash, count, attributes.
+// All algorithms, by name. The names: build, load, refine, classify, trim, check, hash, count, attributes.
 const std::vector<AlgorithmInfo>& Algorithms();
 
 // NOT_FOUND that lists the names there are.

@@ -10,6 +10,7 @@
 #include "core/attributes/table.h"
 #include "core/geometry/surface_caches.h"
 #include "core/io/sample_surface.h"
+#include "core/names/mesh_cells.h"
 #include "gtest/gtest.h"
 
 namespace ndmap {
@@ -180,10 +181,61 @@ TEST_F(StepsTest, ACancelledBuildLeavesAnEmptyBlock) {
   EXPECT_EQ(block_.critical_count(), kCritical);
 }
 
+// Five hexahedra in a row, the last in another block.
+std::shared_ptr<const MeshCells> Row() {
+  VolumeMesh mesh;
+  for (uint32_t i = 0; i < 6; ++i) {
+    for (const auto& [y, z] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
+      mesh.points.push_back({1.0 * i, 1.0 * y, 1.0 * z});
+    }
+  }
+  for (uint32_t i = 0; i < 5; ++i) {
+    mesh.kinds.push_back(CellKind::kHexahedron);
+    for (uint32_t p : {0u, 4u, 5u, 1u, 2u, 6u, 7u, 3u}) mesh.corners.push_back(4 * i + p);
+    mesh.begins.push_back(mesh.corners.size());
+  }
+  const std::vector<uint32_t> block_of = {0, 0, 0, 0, 1};
+  return MeshCells::Make(MeshCutter(mesh, block_of, 2).Piece(BlockId{0}), BlockId{0}, 2).value();
+}
+
+TEST_F(StepsTest, AMeshIsLoadedACellAStepAndACancelledLoadLeavesAnEmptyBlock) {
+  Environment environment{BlockId{0}, 2, Routing::kDirect, nullptr, nullptr};
+  Block3 block(BlockId{0});
+  EXPECT_EQ(MakeAlgorithm("load", {}, environment, block).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  environment.initial = Row();
+  for (size_t cancel_after : {3u, 7u, 100u}) {
+    auto load = MakeAlgorithm("load", {}, environment, block).value();
+    EXPECT_TRUE(load->changes_map());
+    EXPECT_TRUE(load->Start(1).value());
+    size_t darts = 0, calls = 0;
+    for (; load->HasWork() && calls < cancel_after; ++calls) {
+      EXPECT_EQ(load->Work(1, bin_).value(), 1u);
+      EXPECT_LE(block.map().number_of_darts(), darts + 24);
+      darts = block.map().number_of_darts();
+    }
+    if (cancel_after == 100) {
+      EXPECT_EQ(darts, 4 * 24u);
+      EXPECT_EQ(block.critical_count(), 4u);
+      EXPECT_TRUE(block.map().is_valid());
+      EXPECT_EQ(load->report().counts["cells"], 4);
+      EXPECT_EQ(MakeAlgorithm("load", {}, environment, block).value()->Start(1).status().code(),
+                absl::StatusCode::kFailedPrecondition);
+      continue;
+    }
+    EXPECT_GT(darts, 0u);
+    load->Cancel();
+    EXPECT_FALSE(load->HasWork());
+    EXPECT_EQ(block.map().number_of_darts(), 0u);
+    EXPECT_EQ(block.critical_count(), 0u);
+    EXPECT_EQ(load->report().counts["cancelled"], 1);
+  }
+}
+
 TEST_F(StepsTest, OnlyAlgorithmsThatChangeTheMapSaySo) {
   for (const AlgorithmInfo& info : Algorithms()) {
     const Parameters parameters = Parameters().Set("depth", int64_t{1}).Set("definitions", "");
-    if (info.name == "build") continue;
+    if (info.name == "build" || info.name == "load") continue;
     EXPECT_EQ(Make(info.name, parameters)->changes_map(), info.changes_map) << info.name;
   }
   EXPECT_TRUE(MakeBuild()->changes_map());

@@ -26,7 +26,8 @@ typename Types::Coordinates CoordinatesOf(const typename Types::Lcc& map, typena
 }
 
 template <class Types>
-using DartMap = absl::flat_hash_map<typename Types::Dart, typename Types::Dart, HandleHash<typename Types::Dart>>;
+using DartMap =
+    absl::flat_hash_map<typename Types::Dart, typename Types::Dart, HandleHash<typename Types::Dart>>;
 
 // Copies darts of `from` for which take(d), with their betas among each other, into `to`.
 template <class Types, class Take>
@@ -61,6 +62,7 @@ void CopyCells(typename Types::Lcc& from, typename Types::Lcc& to, const DartMap
       auto& own = to.template info_of_attribute<Types::n>(cell);
       own.id = info.id;
       own.state = info.state;
+      own.kind = info.kind;
       const auto reference = copy.find(info.reference);
       if (reference != copy.end()) own.reference = reference->second;
       to.template set_attribute<Types::n>(c, cell);

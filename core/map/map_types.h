@@ -16,6 +16,7 @@
 
 #include "core/map/flat_storage.h"
 #include "core/map/ids.h"
+#include "core/mesh/volume_mesh.h"
 
 namespace ndmap {
 
@@ -31,15 +32,19 @@ struct VertexInfo {
 enum class CellState : uint8_t { kUnknown = 0, kOutside = 1, kInside = 2, kCut = 3, kClear = 4 };
 
 // What every n-cell knows. `reference` is the dart at the corner from which child numbers count
-// (core/algorithm/refine/hexahedron.h).
+// (core/algorithm/refine/hexahedron.h); of a cell that is no hexahedron, its dart number 0
+// (core/mesh/cell_darts.h).
 template <class Refs>
 struct CellInfo {
   CellId id;
   typename Refs::Dart_handle reference = Refs::null_handle;
   CellState state = CellState::kUnknown;
+  CellKind kind = CellKind::kHexahedron;
 
   // For CGAL's is_isomorphic_to, between two maps: a handle means nothing in the other map.
-  friend bool operator==(const CellInfo& a, const CellInfo& b) { return a.id == b.id && a.state == b.state; }
+  friend bool operator==(const CellInfo& a, const CellInfo& b) {
+    return a.id == b.id && a.state == b.state && a.kind == b.kind;
+  }
 };
 
 // A row number in the attribute columns of one dimension: the slot that an i-cell has for user attributes.

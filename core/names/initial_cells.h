@@ -9,6 +9,8 @@
 
 namespace ndmap {
 
+class MeshCells;
+
 // A place in an initial hexahedron: coordinates along its three axes, from 0 to kSide.
 struct LatticePlace {
   static constexpr int kFinestLevel = 29;
@@ -20,17 +22,27 @@ struct LatticePlace {
   friend bool operator==(const LatticePlace&, const LatticePlace&) = default;
 };
 
+// A box of the lattice: a cell's lowest corner, and how long it is along each axis: 0, or one common power of
+// two. A vertex has no extent, an edge one axis, a face two, a hexahedron three.
+struct LatticeBox {
+  LatticePlace low;
+  std::array<uint32_t, 3> extent{};
+
+  friend bool operator==(const LatticeBox&, const LatticeBox&) = default;
+};
+
 class InitialCells {
  public:
   virtual ~InitialCells() = default;
 
-  // The same place in the frame of its owner: the lowest-numbered initial hexahedron that the box from
-  // `place.at` to place.at + extent (0 on axes across the cell, its length along it) touches. Constant time.
-  virtual LatticePlace ToOwner(const LatticePlace& place, const std::array<uint32_t, 3>& extent) const = 0;
-  // The same place in the frames of all initial hexahedra that the box touches, `place.initial` first. At
+  // The same box in the frame of its owner: the lowest-numbered initial hexahedron that it touches.
+  virtual LatticeBox ToOwner(const LatticeBox& box) const = 0;
+  // The same box in the frames of the initial hexahedra that it touches, as far as they are known here. At
   // most 8 in a grid.
-  virtual std::vector<LatticePlace> Around(const LatticePlace& place,
-                                           const std::array<uint32_t, 3>& extent) const = 0;
+  virtual std::vector<LatticeBox> Around(const LatticeBox& box) const = 0;
+  // What is known of a mesh in which not all initial cells are hexahedra, or axes are not parallel; null for
+  // a grid.
+  virtual const MeshCells* mesh() const { return nullptr; }
 };
 
 // The grid of the main job: hexahedron number i + cells[0] (j + cells[1] k).
@@ -38,37 +50,39 @@ class GridCells final : public InitialCells {
  public:
   explicit GridCells(const std::array<uint32_t, 3>& cells) : cells_(cells) {}
 
-  LatticePlace ToOwner(const LatticePlace& place, const std::array<uint32_t, 3>& extent) const override {
-    LatticePlace owner = place;
+  // Constant time, as Around().
+  LatticeBox ToOwner(const LatticeBox& box) const override {
+    LatticeBox owner = box;
     uint64_t stride = 1;
     for (int c = 0; c < 3; ++c) {
-      const uint64_t index = place.initial / stride % cells_[c];
-      if (extent[c] == 0 && place.at[c] == 0 && index > 0) {
-        owner.initial -= stride;
-        owner.at[c] = LatticePlace::kSide;
+      const uint64_t index = box.low.initial / stride % cells_[c];
+      if (box.extent[c] == 0 && box.low.at[c] == 0 && index > 0) {
+        owner.low.initial -= stride;
+        owner.low.at[c] = LatticePlace::kSide;
       }
       stride *= cells_[c];
     }
     return owner;
   }
 
-  std::vector<LatticePlace> Around(const LatticePlace& place,
-                                   const std::array<uint32_t, 3>& extent) const override {
-    std::vector<LatticePlace> places = {place};
+  // The box's own hexahedron first.
+  std::vector<LatticeBox> Around(const LatticeBox& box) const override {
+    std::vector<LatticeBox> boxes = {box};
     uint64_t stride = 1;
     for (int c = 0; c < 3; ++c) {
-      const uint64_t index = place.initial / stride % cells_[c];
-      const bool below = extent[c] == 0 && place.at[c] == 0 && index > 0;
-      const bool above = extent[c] == 0 && place.at[c] == LatticePlace::kSide && index + 1 < cells_[c];
-      for (size_t i = 0, n = places.size(); (below || above) && i < n; ++i) {
-        LatticePlace other = places[i];
-        other.initial = below ? other.initial - stride : other.initial + stride;
-        other.at[c] = below ? LatticePlace::kSide : 0;
-        places.push_back(other);
+      const uint64_t index = box.low.initial / stride % cells_[c];
+      const bool across = box.extent[c] == 0;
+      const bool below = across && box.low.at[c] == 0 && index > 0;
+      const bool above = across && box.low.at[c] == LatticePlace::kSide && index + 1 < cells_[c];
+      for (size_t i = 0, n = boxes.size(); (below || above) && i < n; ++i) {
+        LatticeBox other = boxes[i];
+        other.low.initial = below ? other.low.initial - stride : other.low.initial + stride;
+        other.low.at[c] = below ? LatticePlace::kSide : 0;
+        boxes.push_back(other);
       }
       stride *= cells_[c];
     }
-    return places;
+    return boxes;
   }
 
  private:

@@ -6,7 +6,11 @@
 namespace ndmap {
 
 CellId NameOf(const InitialCells& initial, const LatticeBox& box) {
-  const LatticePlace owner = initial.ToOwner(box.low, box.extent);
+  return NameInOwner(initial.ToOwner(box));
+}
+
+CellId NameInOwner(const LatticeBox& box) {
+  const LatticePlace& owner = box.low;
   // The level: of an edge, face or hexahedron its length, of a vertex the coarsest lattice that has it.
   uint32_t length = box.extent[0] | box.extent[1] | box.extent[2];
   if (length == 0) {

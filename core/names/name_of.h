@@ -10,17 +10,11 @@
 
 namespace ndmap {
 
-// A box of the lattice: a cell's lowest corner, and how long it is along each axis: 0, or one common power of
-// two. A vertex has no extent, an edge one axis, a face two, a hexahedron three.
-struct LatticeBox {
-  LatticePlace low;
-  std::array<uint32_t, 3> extent{};
-
-  friend bool operator==(const LatticeBox&, const LatticeBox&) = default;
-};
-
 // The id of the cell with this box. O(levels).
 CellId NameOf(const InitialCells& initial, const LatticeBox& box);
+
+// The same of a box that is in the frame of its owner already.
+CellId NameInOwner(const LatticeBox& owner);
 
 // The box of a cell known by its path (n-cells and parts), in the frame of its id's initial hexahedron.
 // O(levels).

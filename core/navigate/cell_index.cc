@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/frame.h"
-#include "core/names/hexahedron_lattice.h"
+#include "core/names/cell_names.h"
 
 namespace ndmap {
 namespace {
@@ -117,12 +117,13 @@ absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget) {
     const DartIndex reference = todo_.back();
     todo_.pop_back();
     const auto d = DartAt(map, reference);
-    if (d == Block3::Lcc::null_handle || map.attribute<0>(d) == Block3::Lcc::null_handle) {
+    if (d == Block3::Lcc::null_handle || map.attribute<0>(d) == Block3::Lcc::null_handle ||
+        (map.info<3>(d).id.level() == 0 && !HasVertices<Block3>(map, d))) {
       return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
     }
     const auto cell = map.attribute<3>(d);
     const CellId id = map.info_of_attribute<3>(cell).id;
-    const Box3 box = CornerBox(Frame<Block3>::Of(map, cell).Corners(map));
+    const Box3 box = CellBox<Block3>(map, cell);
     read_.push_back({{Lengthened(id), reference, static_cast<uint8_t>(id.level())}, box});
   }
   return todo_.empty();
@@ -147,28 +148,25 @@ std::shared_ptr<const CellIndex> CellIndexBuilder::Build() {
   return index;
 }
 
-DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
-  if (id.is_cell()) {
-    const CellIndex::Entry* entry = index.Find(id);
-    return entry == nullptr ? DartIndex{} : entry->reference;
-  }
-  if (!id.is_part()) return DartIndex{};
+namespace {
+
+// In a hexahedron that has the part as a corner, edge or side.
+DartIndex FindPart(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
   const LatticeBox box = BoxOf(id);
   const unsigned dimension = id.dimension();
   HexahedronLattice<Block3> lattice(block.map());
-  for (const LatticePlace& place : initial.Around(box.low, box.extent)) {
+  for (const LatticeBox& here : initial.Around(box)) {
     // The hexahedra on either side of it, along the axes that it does not extend along.
     for (unsigned octant = 0; octant < 8; ++octant) {
-      LatticePlace beside = place;
+      LatticePlace beside = here.low;
       bool inside = true;
       for (int c = 0; c < 3; ++c) {
         const bool below = (octant >> c & 1) != 0;
-        if (below) inside = inside && box.extent[c] == 0 && beside.at[c]-- > 0;
+        if (below) inside = inside && here.extent[c] == 0 && beside.at[c]-- > 0;
         inside = inside && beside.at[c] < LatticePlace::kSide;
       }
       const CellIndex::Entry* entry = inside ? index.At(beside) : nullptr;
       if (entry == nullptr) continue;
-      const LatticeBox here{place, box.extent};
       for (const auto& placed : lattice.Of(block.map().attribute<3>(DartAt(block.map(), entry->reference)))) {
         if ((dimension == 0 ? placed.vertex : dimension == 1 ? placed.edge : placed.face) == here) {
           return IndexOf(block.map(), placed.dart);
@@ -179,19 +177,49 @@ DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& in
   return DartIndex{};
 }
 
+// In a cell of the mesh that is no hexahedron and has the part.
+DartIndex FindInMesh(Block3& block, const CellIndex& index, const MeshCells& mesh, const CellId& id) {
+  const MeshCells::Place place = mesh.Find(id);
+  CellNames<Block3> names(block.map(), mesh);
+  for (uint32_t cell : place.cells) {
+    if (mesh.kind(cell) == CellKind::kHexahedron) continue;
+    const CellIndex::Entry* entry = index.Find(CellId::Initial(mesh.piece().numbers[cell]));
+    if (entry == nullptr) continue;
+    const size_t darts = names.Look(block.map().attribute<3>(DartAt(block.map(), entry->reference)));
+    for (size_t i = 0; i < darts; ++i) {
+      if (names.Name(i, id.dimension()) == place.id) return IndexOf(block.map(), names.dart(i));
+    }
+  }
+  return DartIndex{};
+}
+
+}  // namespace
+
+DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
+  if (id.is_cell()) {
+    const CellIndex::Entry* entry = index.Find(id);
+    return entry == nullptr ? DartIndex{} : entry->reference;
+  }
+  if (id.is_part()) {
+    if (const DartIndex d = FindPart(block, index, initial, id); d.valid()) return d;
+  }
+  return initial.mesh() == nullptr ? DartIndex{} : FindInMesh(block, index, *initial.mesh(), id);
+}
+
 NearestVertex FindNearestVertex(Block3& block, const CellIndex& index, const InitialCells& initial,
                                 const Point3& point) {
   NearestVertex best;
-  HexahedronLattice<Block3> lattice(block.map());
+  CellNames<Block3> names(block.map(), initial);
   index.ByDistance(point, [&](double distance, const CellIndex::Entry& entry) {
     if (distance > best.distance) return false;
-    for (const auto& placed : lattice.Of(block.map().attribute<3>(DartAt(block.map(), entry.reference)))) {
-      const Point3 p = Frame<Block3>::StartPoint(block.map(), placed.dart);
+    const size_t darts = names.Look(block.map().attribute<3>(DartAt(block.map(), entry.reference)));
+    for (size_t i = 0; i < darts; ++i) {
+      const Point3 p = Frame<Block3>::StartPoint(block.map(), names.dart(i));
       double squared = 0;
       for (int c = 0; c < 3; ++c) squared += (p[c] - point[c]) * (p[c] - point[c]);
       if (squared > best.distance) continue;
-      const CellId id = NameOf(initial, placed.vertex);
-      if (squared < best.distance || id < best.id) best = {squared, id, IndexOf(block.map(), placed.dart)};
+      const CellId id = names.Name(i, 0);
+      if (squared < best.distance || id < best.id) best = {squared, id, IndexOf(block.map(), names.dart(i))};
     }
     return true;
   });

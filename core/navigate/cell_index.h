@@ -33,7 +33,7 @@ class CellIndex {
   // The hexahedron that contains the smallest lattice cell whose low corner is `place`; nullptr if none does.
   // O(log cells).
   const Entry* At(const LatticePlace& place) const;
-  // All hexahedra whose box meets the closed box. O(log cells + answer).
+  // All cells whose box meets the closed box. O(log cells + answer).
   std::vector<const Entry*> Meeting(const Box3& box) const;
   // Visits hexahedra by growing distance of their boxes from the point, until `visit` returns false. The
   // distance is squared.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -10,25 +11,24 @@
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "core/map/block.h"
-#include "core/names/hexahedron_lattice.h"
-#include "core/names/name_of.h"
+#include "core/names/cell_names.h"
 
 namespace ndmap {
 
-// By dimension: of a dart's vertex, edge, face and hexahedron.
+// By dimension: of a dart's vertex, edge, face and n-cell.
 using DartIds = std::array<CellId, 4>;
 
-// Names darts hexahedron by hexahedron: those of one hexahedron cost O(its darts) together.
+// Names darts cell by cell: those of one n-cell cost O(its darts) together.
 class DartNamer {
  public:
   // The darts must stay where they are.
   DartNamer(const InitialCells& initial, absl::Span<const DartIndex> darts)
-      : initial_(initial), darts_(darts), ids_(darts.size()) {}
+      : initial_(initial), darts_(darts), ids_(darts.size()), corners_(darts.size()) {}
 
   // Up to `budget` darts; true when all are named. NOT_FOUND: no dart with this index.
   absl::StatusOr<bool> Step(Block3& block, size_t budget) {
     auto& map = block.map();
-    if (lattice_ == nullptr) lattice_ = std::make_unique<HexahedronLattice<Block3>>(map);
+    if (names_ == nullptr) names_ = std::make_unique<CellNames<Block3>>(map, initial_);
     for (size_t k = 0; k < budget && next_ < darts_.size(); ++k, ++next_) {
       const auto d = DartAt(map, darts_[next_]);
       if (d == Block3::Lcc::null_handle) {
@@ -36,30 +36,41 @@ class DartNamer {
             absl::StrCat("block ", block.id().value, " has no dart ", darts_[next_].value));
       }
       if (!known_.contains(darts_[next_])) Learn(map, map.attribute<3>(d));
-      ids_[next_] = known_.at(darts_[next_]);
+      const Known& known = known_.at(darts_[next_]);
+      ids_[next_] = known.ids;
+      corners_[next_] = known.corner;
     }
     return next_ == darts_.size();
   }
 
   const std::vector<DartIds>& ids() const { return ids_; }
+  // The corner of its n-cell where each dart starts (core/mesh/cell_darts.h), or CellNames::kNoCorner.
+  const std::vector<uint32_t>& corners() const { return corners_; }
 
  private:
+  struct Known {
+    DartIds ids;
+    uint32_t corner = 0;
+  };
+
   void Learn(Block3::Lcc& map, Block3::Types::Cell cell) {
-    // Darts of one hexahedron mostly come together; more than some hexahedra are not kept.
+    // Darts of one cell mostly come together; those of more than some cells are not kept.
     if (known_.size() > 4096) known_.clear();
-    const CellId hexahedron = map.info_of_attribute<3>(cell).id;
-    for (const auto& placed : lattice_->Of(cell)) {
-      known_[IndexOf(map, placed.dart)] = {NameOf(initial_, placed.vertex), NameOf(initial_, placed.edge),
-                                           NameOf(initial_, placed.face), hexahedron};
+    const size_t darts = names_->Look(cell);
+    for (size_t i = 0; i < darts; ++i) {
+      known_[IndexOf(map, names_->dart(i))] = {
+          {names_->Name(i, 0), names_->Name(i, 1), names_->Name(i, 2), names_->Name(i, 3)},
+          names_->Corner(i)};
     }
   }
 
   const InitialCells& initial_;
   const absl::Span<const DartIndex> darts_;
   std::vector<DartIds> ids_;
+  std::vector<uint32_t> corners_;
   size_t next_ = 0;
-  std::unique_ptr<HexahedronLattice<Block3>> lattice_;
-  absl::flat_hash_map<DartIndex, DartIds> known_;
+  std::unique_ptr<CellNames<Block3>> names_;
+  absl::flat_hash_map<DartIndex, Known> known_;
 };
 
 }  // namespace ndmap

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "core/names/hexahedron_lattice.h"
+#include "core/names/cell_names.h"
 #include "tests/property/property_case.h"
 
 namespace ndmap {
@@ -24,13 +24,13 @@ using NamedDarts = std::map<DartIndex, std::array<CellId, 4>>;
 
 NamedDarts NameDarts(Block3& block, const InitialCells& initial) {
   NamedDarts names;
-  HexahedronLattice<Block3> lattice(block.map());
+  CellNames<Block3> cell_names(block.map(), initial);
   auto& cells = block.map().attributes<3>();
   for (auto it = cells.begin(); it != cells.end(); ++it) {
-    for (const auto& placed : lattice.Of(it)) {
-      names[IndexOf(block.map(), placed.dart)] = {NameOf(initial, placed.vertex),
-                                                  NameOf(initial, placed.edge), NameOf(initial, placed.face),
-                                                  block.map().info_of_attribute<3>(it).id};
+    const size_t darts = cell_names.Look(it);
+    for (size_t i = 0; i < darts; ++i) {
+      names[IndexOf(block.map(), cell_names.dart(i))] = {cell_names.Name(i, 0), cell_names.Name(i, 1),
+                                                         cell_names.Name(i, 2), cell_names.Name(i, 3)};
     }
   }
   return names;

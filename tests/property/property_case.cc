@@ -101,29 +101,44 @@ absl::Status TrimListed(SimulatedMap<Block<Types>>& map, const std::vector<CellI
   return absl::OkStatus();
 }
 
-template <class Types>
-absl::Status RunCase(const RandomCase& random_case, const PropertyVariant& variant) {
-  ReferenceMap reference =
-      ReferenceMap::Build(random_case.grid[0], random_case.grid[1], random_case.grid[2],
-                          [&](uint32_t i, uint32_t j, uint32_t k) { return random_case.Corner(i, j, k); });
-  for (const CellId& id : random_case.refined) {
+// Refines, compares, removes and compares again a map that was just made.
+template <class Types, class Case>
+absl::Status ChangeAndCompare(const Case& c, bool by_level, ReferenceMap& reference,
+                              SimulatedMap<Block<Types>>& map) {
+  for (const CellId& id : c.refined) {
     if (absl::Status s = reference.Refine(id); !s.ok()) return s;
   }
-  SimulatedMap<Block<Types>> map(random_case.blocks, variant.routing, variant.simulator);
-  absl::Status status = map.BuildGrid(
-      random_case.grid, [&](uint32_t i, uint32_t j, uint32_t k) { return random_case.Corner(i, j, k); },
-      random_case.block_of);
+  absl::Status status = map.RefineList(c.refined, by_level);
   if (!status.ok()) return status;
-  if (status = map.RefineList(random_case.refined, variant.by_level); !status.ok()) return status;
   if (status = CompareWithReference<Types>(map, reference); !status.ok()) return status;
-  if (random_case.removed.empty()) return absl::OkStatus();
-  for (const CellId& id : random_case.removed) {
+  if (c.removed.empty()) return absl::OkStatus();
+  for (const CellId& id : c.removed) {
     if (absl::Status s = reference.Remove(id); !s.ok()) return s;
   }
-  if (status = TrimListed<Types>(map, random_case.removed); !status.ok()) return status;
+  if (status = TrimListed<Types>(map, c.removed); !status.ok()) return status;
   status = CompareWithReference<Types>(map, reference);
   return status.ok() ? status
                      : absl::Status(status.code(), absl::StrCat("after removal: ", status.message()));
+}
+
+template <class Types>
+absl::Status RunCase(const RandomCase& random_case, const PropertyVariant& variant) {
+  const auto corner = [&](uint32_t i, uint32_t j, uint32_t k) { return random_case.Corner(i, j, k); };
+  ReferenceMap reference =
+      ReferenceMap::Build(random_case.grid[0], random_case.grid[1], random_case.grid[2], corner);
+  SimulatedMap<Block<Types>> map(random_case.blocks, variant.routing, variant.simulator);
+  absl::Status status = map.BuildGrid(random_case.grid, corner, random_case.block_of);
+  return status.ok() ? ChangeAndCompare<Types>(random_case, variant.by_level, reference, map) : status;
+}
+
+template <class Types>
+absl::Status RunMesh(const reference::MeshCase& c, const PropertyVariant& variant) {
+  ReferenceMap reference = ReferenceMap::BuildMesh(c.mesh);
+  SimulatedMap<Block<Types>> map(c.blocks, variant.routing, variant.simulator);
+  absl::Status status = map.LoadMesh(c.mesh, c.block_of);
+  if (!status.ok()) return status;
+  if (status = CompareWithReference<Types>(map, reference); !status.ok()) return status;
+  return ChangeAndCompare<Types>(c, variant.by_level, reference, map);
 }
 
 // Hexahedra around one edge, face x = 0 of each glued to face y = 0 of the next: what grids do not have. From
@@ -257,12 +272,23 @@ absl::Status RunPropertyCase(const RandomCase& random_case, const PropertyVarian
                                                   " (replay: ndmap_property --seed ", random_case.seed, ")"));
 }
 
+absl::Status RunMeshCase(const reference::MeshCase& mesh_case, const PropertyVariant& variant,
+                         StorageKind storage) {
+  const absl::Status status = storage == StorageKind::kFlat
+                                  ? RunMesh<MapTypes<3, StorageKind::kFlat>>(mesh_case, variant)
+                                  : RunMesh<MapTypes<3, StorageKind::kCgal>>(mesh_case, variant);
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(mesh_case.Describe(), ": ", status.message(),
+                                                  " (replay: ndmap_property --seed ", mesh_case.seed, ")"));
+}
+
 absl::Status RunPropertyCase(uint64_t seed, StorageKind storage) {
   const PropertyVariant variant = VariantOf(seed);
   const absl::Status fan = storage == StorageKind::kFlat
                                ? RunFanCase<MapTypes<3, StorageKind::kFlat>>(seed, variant)
                                : RunFanCase<MapTypes<3, StorageKind::kCgal>>(seed, variant);
   if (!fan.ok()) return absl::Status(fan.code(), absl::StrCat("seed ", seed, ", fan: ", fan.message()));
+  if (absl::Status s = RunMeshCase(reference::MakeMeshCase(seed), variant, storage); !s.ok()) return s;
   return RunPropertyCase(reference::MakeRandomCase(seed), variant, storage);
 }
 

@@ -16,8 +16,10 @@
 #include "core/algorithm/registry.h"
 #include "core/attributes/table.h"
 #include "core/map/gather.h"
-#include "core/names/initial_cells.h"
+#include "core/mesh/mesh_piece.h"
+#include "core/names/mesh_cells.h"
 #include "core/sim/simulator.h"
+#include "tests/reference/mesh_case.h"
 #include "tests/reference/random_case.h"
 
 namespace ndmap {
@@ -54,12 +56,27 @@ class SimulatedMap {
     return simulator_.RunPhase(algorithms).status();
   }
 
+  // From pieces, as servers do.
+  absl::Status LoadMesh(const VolumeMesh& mesh, const std::vector<uint32_t>& block_of) {
+    const auto count = static_cast<uint32_t>(blocks_.size());
+    const MeshCutter cutter(mesh, block_of, count);
+    for (uint32_t b = 0; b < count; ++b) {
+      auto cells = MeshCells::Make(cutter.Piece(BlockId{b}), BlockId{b}, count);
+      if (!cells.ok()) return cells.status();
+      mesh_.push_back(*std::move(cells));
+    }
+    return Run("load", {}).status();
+  }
+  // Of a map that was loaded: what a block knows of the mesh.
+  const MeshCells& mesh(uint32_t block) const { return *mesh_[block]; }
+
   absl::StatusOr<Report> Run(absl::string_view algorithm, const Parameters& parameters) {
     std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
     for (size_t b = 0; b < blocks_.size(); ++b) {
       Environment environment{blocks_[b]->id(), static_cast<uint32_t>(blocks_.size()), routing_, surface_,
                               nullptr};
       environment.initial = initial_;
+      if (!mesh_.empty()) environment.initial = mesh_[b];
       environment.attributes = attributes_[b];
       auto made = MakeAlgorithm(algorithm, parameters, environment, *blocks_[b]);
       if (!made.ok()) return made.status();
@@ -87,11 +104,17 @@ class SimulatedMap {
   std::vector<std::unique_ptr<BlockT>> blocks_;
   std::vector<std::shared_ptr<AttributeStore>> attributes_;
   std::shared_ptr<const InitialCells> initial_;
+  std::vector<std::shared_ptr<const MeshCells>> mesh_;
 };
 
-// OK, or what differs; that no message is left is asserted by the phases themselves (Finish).
+// The seed's grid, its hexahedra around an edge and its mesh: OK, or what differs; that no message is left is
+// asserted by the phases themselves (Finish).
 absl::Status RunPropertyCase(uint64_t seed, StorageKind storage);
 absl::Status RunPropertyCase(const reference::RandomCase& random_case, const PropertyVariant& variant,
                              StorageKind storage);
+
+// The same of a random mesh (tests/reference/mesh_case.h).
+absl::Status RunMeshCase(const reference::MeshCase& mesh_case, const PropertyVariant& variant,
+                         StorageKind storage);
 
 }  // namespace ndmap

@@ -2,6 +2,8 @@
 #include "tests/reference/reference_map.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "tests/reference/plain_hexahedra.h"
@@ -41,6 +43,55 @@ ReferenceMap ReferenceMap::Build(uint32_t nx, uint32_t ny, uint32_t nz,
     const CellId id = CellId::Initial(number);
     lcc.set_attribute<3>(made[number], lcc.create_attribute<3>(ReferenceHexahedron{id, 0}));
     map.hexahedra_[id] = made[number];
+  }
+  return map;
+}
+
+ReferenceMap ReferenceMap::BuildMesh(const VolumeMesh& mesh) {
+  ReferenceMap map;
+  ReferenceLcc& lcc = *map.lcc_;
+  // The darts that run from one point to another in a face, by the face's sorted points.
+  using Faces = std::map<std::vector<uint32_t>, std::map<std::pair<uint32_t, uint32_t>, Dart>>;
+  Faces open;
+  std::vector<std::pair<Dart, uint32_t>> starts;
+  for (uint64_t cell = 0; cell < mesh.cells(); ++cell) {
+    const CellShape& shape = ShapeOf(mesh.kinds[cell]);
+    std::map<std::pair<uint32_t, uint32_t>, Dart> darts;
+    for (int f = 0; f < shape.faces; ++f) {
+      // Clockwise from outside, as make_hexahedron has it.
+      const unsigned count = shape.face_corners[f];
+      std::vector<uint32_t> points;
+      for (unsigned k = 0; k < count; ++k) {
+        points.push_back(mesh.FacePoint(cell, f, static_cast<int>((count - k) % count)));
+      }
+      std::map<std::pair<uint32_t, uint32_t>, Dart> face;
+      Dart d = lcc.make_combinatorial_polygon(count);
+      if (f == 0) map.hexahedra_[CellId::Initial(cell)] = d;
+      for (unsigned k = 0; k < count; ++k, d = lcc.beta<1>(d)) {
+        face[{points[k], points[(k + 1) % count]}] = d;
+        starts.emplace_back(d, points[k]);
+      }
+      for (const auto& [ends, dart] : face) {
+        const auto across = darts.find({ends.second, ends.first});
+        if (across != darts.end()) lcc.link_beta<2>(dart, across->second, false);
+      }
+      darts.insert(face.begin(), face.end());
+      std::sort(points.begin(), points.end());
+      const auto [there, first] = open.try_emplace(points, face);
+      if (first) continue;
+      for (const auto& [ends, dart] : face) {
+        lcc.link_beta<3>(dart, there->second.at({ends.second, ends.first}), false);
+      }
+    }
+  }
+  for (const auto& [d, point] : starts) {
+    const Point3& p = mesh.points[point];
+    if (lcc.attribute<0>(d) == lcc.null_handle) {
+      lcc.set_vertex_attribute(d, lcc.create_vertex_attribute(ReferenceLcc::Point(p[0], p[1], p[2])));
+    }
+  }
+  for (const auto& [id, d] : map.hexahedra_) {
+    lcc.set_attribute<3>(d, lcc.create_attribute<3>(ReferenceHexahedron{id, 0}));
   }
   return map;
 }

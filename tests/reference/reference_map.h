@@ -19,6 +19,7 @@
 #include "absl/status/status.h"
 #include "core/geometry/surface.h"
 #include "core/map/ids.h"
+#include "core/mesh/volume_mesh.h"
 
 namespace ndmap::reference {
 
@@ -49,11 +50,14 @@ class ReferenceMap {
   static ReferenceMap Build(uint32_t nx, uint32_t ny, uint32_t nz,
                             absl::FunctionRef<Point3(uint32_t, uint32_t, uint32_t)> corner);
 
+  // The cells of a mesh, glued where they list the same points; cell i is initial cell i.
+  static ReferenceMap BuildMesh(const VolumeMesh& mesh);
+
   // Splits a hexahedron in eight, Child(0) ... Child(7). NOT_FOUND when there is no such hexahedron (now).
   // Not after Remove: what is left of a removed neighbour's split edges would still be handled, but the
   // distributed map has its removal in a later phase too.
   absl::Status Refine(CellId id);
-  // Erases a hexahedron. NOT_FOUND as above.
+  // Erases a hexahedron, or another cell of a mesh. NOT_FOUND as above.
   absl::Status Remove(CellId id);
 
   bool Contains(CellId id) const { return hexahedra_.contains(id); }

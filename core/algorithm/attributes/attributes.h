@@ -24,7 +24,7 @@
 #include "core/attributes/table.h"
 #include "core/map/block.h"
 #include "core/map/partial_scan.h"
-#include "core/names/hexahedron_lattice.h"
+#include "core/names/cell_names.h"
 
 namespace ndmap {
 
@@ -64,8 +64,9 @@ class Attributes final : public BlockAlgorithm {
         store_(std::move(store)),
         block_(block),
         map_(block.map()),
-        cells_(map_.template attributes<3>()),
-        lattice_(map_) {}
+        cells_(map_.template attributes<3>()) {
+    if (initial_ != nullptr) names_.emplace(map_, *initial_);
+  }
 
   bool changes_map() const override { return false; }
 
@@ -147,13 +148,14 @@ class Attributes final : public BlockAlgorithm {
     const auto& info = map_.template info_of_attribute<3>(cell);
     if (wanted_[3]) See(3, info.id, info.reference);
     if (!wanted_[0] && !wanted_[1] && !wanted_[2]) return;
-    for (const auto& placed : lattice_.Of(cell)) {
-      const bool open = block_count_ > 1 && map_.template is_free<3>(placed.dart);
-      const std::array<const LatticeBox*, 3> boxes = {&placed.vertex, &placed.edge, &placed.face};
+    const size_t darts = names_->Look(cell);
+    for (size_t k = 0; k < darts; ++k) {
+      const Dart dart = names_->dart(k);
+      const bool open = block_count_ > 1 && map_.template is_free<3>(dart);
       for (unsigned i = 0; i < 3; ++i) {
         if (!wanted_[i]) continue;
-        const CellId id = NameOf(*initial_, *boxes[i]);
-        const uint32_t row = See(i, id, placed.dart);
+        const CellId id = names_->Name(k, i);
+        const uint32_t row = See(i, id, dart);
         if (open && !store_->table(i).Is(row, AttributeTable::kTold)) {
           store_->table(i).Mark(row, AttributeTable::kTold);
           Tell(id, i, out);
@@ -240,7 +242,8 @@ class Attributes final : public BlockAlgorithm {
   BlockT& block_;
   Lcc& map_;
   PartialScan<typename Lcc::template Attribute_range<3>::type> cells_;
-  HexahedronLattice<BlockT> lattice_;
+  // Null without initial cells; then nothing but n-cells is wanted.
+  std::optional<CellNames<BlockT>> names_;
   bool begun_ = false;
   std::vector<NewColumn> new_columns_;
   std::array<bool, 4> wanted_{};

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/algorithm/build/assignment.h"
 
-#include <metis.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "core/algorithm/build/partition.h"
 
 namespace ndmap {
 namespace {
@@ -30,61 +29,6 @@ int CurveBits(const GridShape& grid) {
   int bits = 1;
   while (bits < 21 && (uint32_t{1} << bits) < most) ++bits;
   return bits;
-}
-
-uint64_t Interleave(const Cell& x, int bits) {
-  uint64_t key = 0;
-  for (int b = bits - 1; b >= 0; --b) {
-    for (int c = 0; c < 3; ++c) key = key << 1 | (x[c] >> b & 1);
-  }
-  return key;
-}
-
-// J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707 (2004): coordinates to transposed index.
-uint64_t HilbertKey(Cell x, int bits) {
-  const uint32_t top = uint32_t{1} << (bits - 1);
-  for (uint32_t q = top; q > 1; q >>= 1) {
-    const uint32_t p = q - 1;
-    for (int i = 0; i < 3; ++i) {
-      if (x[i] & q) {
-        x[0] ^= p;
-      } else {
-        const uint32_t t = (x[0] ^ x[i]) & p;
-        x[0] ^= t;
-        x[i] ^= t;
-      }
-    }
-  }
-  for (int i = 1; i < 3; ++i) x[i] ^= x[i - 1];
-  uint32_t t = 0;
-  for (uint32_t q = top; q > 1; q >>= 1) {
-    if (x[2] & q) t ^= q - 1;
-  }
-  for (uint32_t& v : x) v ^= t;
-  return Interleave(x, bits);
-}
-
-// Cuts a sequence of cells into `blocks` pieces of nearly equal work, none empty.
-std::vector<uint32_t> CutSequence(const std::vector<uint64_t>& order, const std::vector<double>& work,
-                                  uint32_t blocks) {
-  const double total = std::accumulate(work.begin(), work.end(), 0.0);
-  std::vector<uint32_t> block_of_cell(order.size());
-  double done = 0;
-  uint32_t block = 0;
-  uint64_t in_block = 0;
-  for (size_t i = 0; i < order.size(); ++i) {
-    const double w = work[order[i]];
-    const size_t left = order.size() - i;
-    const bool full = in_block > 0 && done + w / 2 > total * (block + 1) / blocks;
-    if (block + 1 < blocks && in_block > 0 && (full || left <= blocks - 1 - block)) {
-      ++block;
-      in_block = 0;
-    }
-    block_of_cell[order[i]] = block;
-    ++in_block;
-    done += w;
-  }
-  return block_of_cell;
 }
 
 template <class Key>
@@ -117,53 +61,27 @@ std::vector<uint32_t> HeaviestFirst(const std::vector<double>& work, uint32_t bl
 
 absl::StatusOr<std::vector<uint32_t>> ByMetis(const GridShape& grid, const std::vector<double>& work,
                                               uint32_t blocks) {
-  const auto count = static_cast<idx_t>(work.size());
+  const auto count = static_cast<int32_t>(work.size());
   const double most = *std::max_element(work.begin(), work.end());
-  std::vector<idx_t> starts{0}, neighbours, vertex_weights(work.size()), edge_weights;
+  std::vector<int32_t> starts{0}, neighbours, vertex_weights(work.size()), edge_weights;
   const std::array<int64_t, 3> stride = {1, grid.cells[0], int64_t{grid.cells[0]} * grid.cells[1]};
   // Two neighbours exchange about as much as the surface crosses between them.
-  auto weight = [&](uint64_t i, double scale) { return static_cast<idx_t>(1 + scale * work[i] / most); };
-  for (idx_t i = 0; i < count; ++i) {
+  auto weight = [&](uint64_t i, double scale) { return static_cast<int32_t>(1 + scale * work[i] / most); };
+  for (int32_t i = 0; i < count; ++i) {
     const Cell cell = CellAt(grid, i);
     vertex_weights[i] = weight(i, 1e5);
     for (int c = 0; c < 3; ++c) {
       for (int step : {-1, 1}) {
         const int64_t x = int64_t{cell[c]} + step;
         if (x < 0 || x >= grid.cells[c]) continue;
-        const auto j = static_cast<idx_t>(i + step * stride[c]);
+        const auto j = static_cast<int32_t>(i + step * stride[c]);
         neighbours.push_back(j);
         edge_weights.push_back(std::min(weight(i, 1e3), weight(j, 1e3)));
       }
     }
-    starts.push_back(static_cast<idx_t>(neighbours.size()));
+    starts.push_back(static_cast<int32_t>(neighbours.size()));
   }
-  std::vector<idx_t> part(work.size(), 0);
-  idx_t n = count, constraints = 1, parts = static_cast<idx_t>(blocks), cut = 0;
-  idx_t options[METIS_NOPTIONS];
-  METIS_SetDefaultOptions(options);
-  options[METIS_OPTION_SEED] = 1;
-  if (blocks > 1 && METIS_PartGraphKway(&n, &constraints, starts.data(), neighbours.data(),
-                                        vertex_weights.data(), nullptr, edge_weights.data(), &parts, nullptr,
-                                        nullptr, options, &cut, part.data()) != METIS_OK) {
-    return absl::InternalError(
-        absl::StrCat("METIS could not cut ", count, " cells into ", blocks, " blocks"));
-  }
-  return std::vector<uint32_t>(part.begin(), part.end());
-}
-
-// METIS may leave a part empty; every block gets a cell.
-void FillEmptyBlocks(std::vector<uint32_t>& block_of_cell, uint32_t blocks) {
-  std::vector<uint64_t> sizes(blocks, 0);
-  for (uint32_t b : block_of_cell) ++sizes[b];
-  size_t from = 0;
-  for (uint32_t b = 0; b < blocks; ++b) {
-    for (; sizes[b] == 0; ++from) {
-      if (sizes[block_of_cell[from]] < 2) continue;
-      --sizes[block_of_cell[from]];
-      block_of_cell[from] = b;
-      ++sizes[b];
-    }
-  }
+  return PartitionGraph(starts, neighbours, &vertex_weights, &edge_weights, blocks);
 }
 
 }  // namespace
@@ -294,7 +212,6 @@ absl::StatusOr<Assignment> MakeAssignment(const GridShape& grid, uint32_t blocks
     absl::StatusOr<std::vector<uint32_t>> parts = ByMetis(grid, work, blocks);
     if (!parts.ok()) return parts.status();
     table = *std::move(parts);
-    FillEmptyBlocks(table, blocks);
   } else {
     return absl::InvalidArgumentError(
         absl::StrCat("partition '", partition, "', expected hilbert, morton, slabs, metis or lpt"));

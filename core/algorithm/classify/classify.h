@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tells every hexahedron's state: cut, inside or outside. Cut: the closed box of its corners meets the
-// surface. A hexahedron that is not cut is on one side altogether, and so are all that are reached from it
+// Tells every cell's state: cut, inside or outside. Cut: the closed box of its corners meets the surface. A
+// cell that is not cut is on one side altogether, and so are all that are reached from it
 // over faces of others that are not cut: within the block such a set is asked once, by parity at the centre
-// of one of them.
+// of one of them (of its box, if that is no hexahedron).
 //
 // Counts: cut, inside, outside.
 #pragma once
@@ -101,9 +101,18 @@ class Classify final : public BlockAlgorithm {
   void Test(Cell cell) {
     CellState& state = State(cell);
     if (state == CellState::kUnknown) {
-      state = index_->Meets(CornerBox(F::Of(map_, cell).Corners(map_))) ? CellState::kCut : CellState::kClear;
+      state = index_->Meets(CellBox<BlockT>(map_, cell)) ? CellState::kCut : CellState::kClear;
     }
     if (state == CellState::kCut) ++cut_;
+  }
+
+  // A point of the cell's box, which does not meet the surface.
+  Point3 Centre(Cell cell) {
+    if (map_.template info_of_attribute<3>(cell).kind == CellKind::kHexahedron) {
+      return VolumeCentre(F::Of(map_, cell).Corners(map_));
+    }
+    const Box3 box = CellBox<BlockT>(map_, cell);
+    return Midpoint(box.lo, box.hi);
   }
 
   uint32_t GroupOf(uint32_t i) {
@@ -130,8 +139,7 @@ class Classify final : public BlockAlgorithm {
     if (group != i) {
       state = State(cells_[group]);
     } else if (state == CellState::kClear) {
-      const Point3 centre = VolumeCentre(F::Of(map_, cells_[i]).Corners(map_));
-      state = parity_->Inside(centre) ? CellState::kInside : CellState::kOutside;
+      state = parity_->Inside(Centre(cells_[i])) ? CellState::kInside : CellState::kOutside;
     }
     ++(state == CellState::kInside ? inside_ : outside_);
   }

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Counts the cells of the global map: hexahedra by level and state, darts, critical darts, and vertices,
-// which blocks share: each block numbers its own, neighbours tell each other the lowest number of every
-// vertex on a critical face until nothing changes, and a vertex is counted where its own number is the
-// lowest. Exact for any cut.
+// Counts the cells of the global map: hexahedra by level, all cells by kind and state, darts, critical darts,
+// and vertices, which blocks share: each block numbers its own, neighbours tell each other the lowest number
+// of every vertex on a critical face until nothing changes, and a vertex is counted where its own number is
+// the lowest. Exact for any cut.
 //
-// Counts: hexahedra, level_L, cut, inside, outside, unclassified, darts, critical_darts, vertices,
-// accounted_bytes; of a cancelled count: cancelled, alone.
+// Counts: hexahedra, level_L (of them), tetrahedra, pyramids, prisms (where there are any), cut, inside,
+// outside, unclassified (cells of all kinds), darts, critical_darts, vertices, accounted_bytes; of a
+// cancelled count: cancelled, alone.
 #pragma once
 
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -143,7 +145,8 @@ class Count final : public BlockAlgorithm {
 
   void CountCell(Cell cell) {
     const auto& info = map_.template info_of_attribute<3>(cell);
-    ++levels_[info.id.level()];
+    ++kinds_[static_cast<size_t>(info.kind)];
+    if (info.kind == CellKind::kHexahedron) ++levels_[info.id.level()];
     ++states_[static_cast<size_t>(info.state)];
   }
 
@@ -152,7 +155,11 @@ class Count final : public BlockAlgorithm {
     counts["darts"] = static_cast<int64_t>(map_.number_of_darts());
     counts["critical_darts"] = static_cast<int64_t>(block_.critical_count());
     counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
-    counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>());
+    for (size_t k = 0; k < kinds_.size(); ++k) {
+      const auto kind = static_cast<CellKind>(k);
+      if (kinds_[k] == 0 && kind != CellKind::kHexahedron) continue;
+      counts[std::string(ShapeOf(kind).plural)] = kinds_[k];
+    }
     for (size_t l = 0; l < levels_.size(); ++l) {
       if (levels_[l] != 0) counts[absl::StrCat("level_", l)] = levels_[l];
     }
@@ -174,6 +181,7 @@ class Count final : public BlockAlgorithm {
   int64_t counted_elsewhere_ = 0;
   std::vector<Vertex> changed_;
   std::array<int64_t, CellId::kMaxLevel + 1> levels_{};
+  std::array<int64_t, kCellKinds> kinds_{};
   std::array<int64_t, 5> states_{};
   Report report_;
 };

@@ -4,6 +4,7 @@
 // is deeper.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -144,6 +145,16 @@ class Frame {
   }
 };
 
+// Whether every dart of the n-cell of d has its vertex: an initial cell may not, while the algorithm that
+// makes it runs. O(its darts).
+template <class BlockT>
+bool HasVertices(typename BlockT::Lcc& map, typename BlockT::Dart d) {
+  for (auto it = map.template darts_of_cell<3>(d).begin(); it.cont(); ++it) {
+    if (map.template attribute<0>(it) == BlockT::Lcc::null_handle) return false;
+  }
+  return true;
+}
+
 // The bounding box of a block's vertices, a part of them at a time.
 template <class BlockT>
 class VertexBounds {
@@ -187,6 +198,25 @@ Box3 VertexBox(BlockT& block) {
 inline Box3 CornerBox(const std::array<Point3, 8>& corners) {
   Box3 box{corners[0], corners[0]};
   for (const Point3& p : corners) {
+    for (int c = 0; c < 3; ++c) {
+      box.lo[c] = std::min(box.lo[c], p[c]);
+      box.hi[c] = std::max(box.hi[c], p[c]);
+    }
+  }
+  return box;
+}
+
+// The closed axis-aligned box of an n-cell: of its corners, which its other points never leave. O(its darts
+// on edges) for a hexahedron, O(its darts) for others.
+template <class BlockT>
+Box3 CellBox(typename BlockT::Lcc& map, typename BlockT::Types::Cell cell) {
+  using F = Frame<BlockT>;
+  const auto& info = map.template info_of_attribute<3>(cell);
+  if (info.kind == CellKind::kHexahedron) return CornerBox(F::Of(map, cell).Corners(map));
+  const Point3 first = F::StartPoint(map, info.reference);
+  Box3 box{first, first};
+  for (auto it = map.template darts_of_cell<3>(info.reference).begin(); it.cont(); ++it) {
+    const Point3 p = F::StartPoint(map, it);
     for (int c = 0; c < 3; ++c) {
       box.lo[c] = std::min(box.lo[c], p[c]);
       box.hi[c] = std::max(box.hi[c], p[c]);

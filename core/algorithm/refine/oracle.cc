@@ -91,6 +91,7 @@ class ListOracle final : public RefineOracle {
  public:
   explicit ListOracle(absl::flat_hash_set<CellId> cells) : cells_(std::move(cells)) {}
   bool Refine(const CellId& id, const std::array<Point3, 8>&) override { return cells_.contains(id); }
+  bool Lists(const CellId& id) const override { return cells_.contains(id); }
 
  private:
   const absl::flat_hash_set<CellId> cells_;

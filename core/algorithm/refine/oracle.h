@@ -21,6 +21,8 @@ class RefineOracle {
   virtual bool Refine(const CellId& id, const std::array<Point3, 8>& corners) = 0;
   // Whether a "no" means that the hexahedron does not meet the surface.
   virtual bool tells_cut() const { return false; }
+  // Whether it was given this cell by its id: then one that cannot be refined is an error.
+  virtual bool Lists(const CellId&) const { return false; }
 };
 
 // The oracles, by parameter "oracle":

@@ -6,6 +6,8 @@
 //   SplitEdge(l)    the edge with label l is split
 //   SplitFace(l0)   the face that has l0 among its four edge labels is split, and so are its edges
 //
+// Other cells of a mesh stay whole; their edges and faces are split by hexahedra beside them.
+//
 // Every handler is idempotent, and two operations give the same map and labels in either order, so the global
 // map depends only on which hexahedra were refined. What arrives for a label that is not made yet is kept and
 // tried again when the label is made.
@@ -90,12 +92,20 @@ class Refine final : public BlockAlgorithm {
         !labels_.Next(&budget, [this](auto it) { roots_.insert(it->first.root); })) {
       return false;
     }
-    return cancelled_ || cells_.Next(&budget, [this](Cell cell) {
-      const int level = map_.template info_of_attribute<3>(cell).id.level();
+    absl::Status status;
+    const bool all = cancelled_ || cells_.Next(&budget, [&](Cell cell) {
+      const auto& info = map_.template info_of_attribute<3>(cell);
+      if (info.kind != CellKind::kHexahedron) {
+        if (oracle_->Lists(info.id)) status.Update(NotRefined(info.id, info.kind));
+        return;
+      }
+      const int level = info.id.level();
       if (level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level)) {
         todo_.push_back(cell);
       }
     });
+    if (!status.ok()) return status;
+    return all;
   }
 
   absl::Status Receive(BlockId from, const Message& message, Outbox& out) override {
@@ -175,6 +185,11 @@ class Refine final : public BlockAlgorithm {
  private:
   // An upper estimate of what one refinement adds to a block's accounted bytes.
   static constexpr size_t kSplitBytes = 16384;
+
+  static absl::Status NotRefined(const CellId& id, CellKind kind) {
+    return absl::InvalidArgumentError(absl::StrCat("cell ", id.ToString(), " is to be refined and is a ",
+                                                   ShapeOf(kind).name, ": only hexahedra are"));
+  }
 
   void RefineCell(Cell cell, const F& frame, Outbox& out) {
     const int l = frame.level;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Erases the hexahedra that are not wanted, in every block at once, and tells the neighbours' blocks that the
-// shared faces are boundary now: RemoveFace(l), l any label of the face. Both sides may erase at once, so a
-// label that is absent means that there is nothing to do. A phase of its own.
+// Erases the cells that are not wanted, hexahedra and others, in every block at once, and tells the
+// neighbours' blocks that the shared faces are boundary now: RemoveFace(l), l any label of the face. Both
+// sides may erase at once, so a label that is absent means that there is nothing to do. A phase of its own.
 //
 // Parameters: keep: inside, cut, outside, or several of them with commas (default "inside,cut"), or all; or
 // cells: the ids of those to erase, in text form, separated by spaces, whatever their state. Counts: removed,
@@ -116,7 +116,7 @@ class Trim final : public BlockAlgorithm {
   Report report() const override {
     Report report;
     report.counts["removed"] = removed_;
-    report.counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>());
+    report.counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>()) - others_;
     report.counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
     return report;
   }
@@ -136,20 +136,22 @@ class Trim final : public BlockAlgorithm {
   // Whether the cell is to go.
   absl::Status Look(Cell cell) {
     const auto& info = map_.template info_of_attribute<3>(cell);
+    if (info.kind != CellKind::kHexahedron) ++others_;
     if (listed_.has_value()) {
       if (listed_->contains(info.id)) todo_.push_back(cell);
       return absl::OkStatus();
     }
     const bool all = keep_.inside && keep_.cut && keep_.outside;
     if (!all && (info.state == CellState::kUnknown || info.state == CellState::kClear)) {
-      return absl::FailedPreconditionError(absl::StrCat("block ", block_.id().value, ": hexahedron ",
-                                                        info.id.ToString(), " is not classified"));
+      return absl::FailedPreconditionError(
+          absl::StrCat("block ", block_.id().value, ": cell ", info.id.ToString(), " is not classified"));
     }
     if (!Kept(info.state)) todo_.push_back(cell);
     return absl::OkStatus();
   }
 
   void RemoveCell(Cell cell, Outbox& out) {
+    if (map_.template info_of_attribute<3>(cell).kind != CellKind::kHexahedron) --others_;
     Gather(map_.template info_of_attribute<3>(cell).reference);
     for (Dart d : darts_) {
       if (block_.IsCritical(d)) {
@@ -249,6 +251,8 @@ class Trim final : public BlockAlgorithm {
   absl::flat_hash_set<Dart, HandleHash<Dart>> touched_;
   std::vector<Dart> order_;
   int64_t removed_ = 0;
+  // Cells that are no hexahedra.
+  int64_t others_ = 0;
 };
 
 }  // namespace ndmap

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/navigate/cell_shape.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/geometry/parity.h"
+#include "core/geometry/surface_index.h"
+
+namespace ndmap {
+
+TriangleSurface BoundaryOf(Block3& block, const CellNames<Block3>& names, size_t darts) {
+  auto& map = block.map();
+  TriangleSurface surface;
+  absl::flat_hash_map<CellId, uint32_t> number_of;
+  std::vector<std::pair<CellId, uint32_t>> face;
+  for (size_t i = 0; i < darts;) {
+    face.clear();
+    const auto first = names.dart(i);
+    do {
+      const CellId id = names.Name(i, 0);
+      const auto [it, added] = number_of.try_emplace(id, static_cast<uint32_t>(surface.points.size()));
+      if (added) surface.points.push_back(Frame<Block3>::StartPoint(map, names.dart(i)));
+      face.emplace_back(id, it->second);
+    } while (map.beta<1>(names.dart(i++)) != first);
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    for (size_t k = 1; k + 1 < face.size(); ++k) {
+      surface.triangles.push_back({face[0].second, face[k].second, face[k + 1].second});
+    }
+  }
+  return surface;
+}
+
+bool CellMeets(Block3& block, CellNames<Block3>& names, Block3::Types::Cell cell, const Box3& box) {
+  const size_t darts = names.Look(cell);
+  const auto surface = std::make_shared<const TriangleSurface>(BoundaryOf(block, names, darts));
+  return SurfaceIndex(surface).Meets(box) || InsideByParity(*surface, box.lo);
+}
+
+}  // namespace ndmap
