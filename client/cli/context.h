@@ -45,6 +45,7 @@ void AddJobCommands(CLI::App& app, Action& action);
 void AddBetaCommand(CLI::App& app, Action& action);
 void AddCellCommands(CLI::App& app, Action& action);
 void AddWalkCommand(CLI::App& app, Action& action);
+void AddInspectCommand(CLI::App& app, Action& action);
 void AddCompletionCommand(CLI::App& app, Action& action);
 void AddVersionCommand(CLI::App& app, Action& action);
 

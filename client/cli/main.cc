@@ -62,6 +62,7 @@ int Main(int argc, char** argv) {
   AddBetaCommand(app, action);
   AddCellCommands(app, action);
   AddWalkCommand(app, action);
+  AddInspectCommand(app, action);
   AddSampleCommand(app, action);
   AddVersionCommand(app, action);
   AddCompletionCommand(app, action);
