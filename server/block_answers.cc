@@ -8,6 +8,8 @@
 #include "core/algorithm/refine/frame.h"
 #include "core/navigate/dart_names.h"
 #include "core/navigate/orbit.h"
+#include "server/block_version.h"
+#include "server/walk_answer.h"
 #include "server/wire.h"
 
 namespace ndmap::server {
@@ -16,13 +18,6 @@ namespace {
 // A step takes about a millisecond.
 constexpr size_t kDartsAStep = 2000;
 constexpr size_t kHexahedraAStep = 300;
-
-absl::Status CheckVersion(const Block3& block, uint64_t version) {
-  if (version == 0 || version == block.version()) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " has changed since version ",
-                                                    version, " (it is at ", block.version(),
-                                                    " now): ask for its darts again"));
-}
 
 bool IsFinite(const v1::Point& p) {
   return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
@@ -95,8 +90,11 @@ absl::Status BlockAnswers::Answer(const v1::AskBlockRequest& request, const std:
       return Find(asked, response);
     case v1::AskBlockRequest::kResolve:
       return Resolve(asked, response);
+    case v1::AskBlockRequest::kWalk:
+      return AnswerWalk(*host_, request, gone, response);
     default:
-      return absl::InvalidArgumentError("a question to a block is to expand, to name, to find or to resolve");
+      return absl::InvalidArgumentError(
+          "a question to a block is to expand, to name, to find, to resolve or to walk");
   }
 }
 
@@ -284,9 +282,7 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
     return absl::OkStatus();
   };
   auto step = [&](Block3& block) -> absl::StatusOr<bool> {
-    if (block.version() != (*index)->version()) {
-      return absl::AbortedError(absl::StrCat("block ", block.id().value, " changed during the query"));
-    }
+    if (absl::Status s = CheckUnchanged(block, (*index)->version()); !s.ok()) return s;
     for (int k = 0; k < 32 && next < asked.request.find().anchors_size(); ++k, ++next) {
       if (absl::Status s = find(block, asked.request.find().anchors(next)); !s.ok()) return s;
     }

@@ -32,6 +32,13 @@ grpc::Status BlockServiceImpl::GetProcessStats(grpc::ServerContext*, const v1::G
   return grpc::Status::OK;
 }
 
+grpc::Status BlockServiceImpl::Walk(grpc::ServerContext* context, const v1::WalkRequest* request,
+                                    v1::WalkResponse* response) {
+  return ClientQuery(gate_, context).Run(*response, [&](const ClientQuery::Gone& gone) {
+    return walks_.Walk(*request, gone, *response);
+  });
+}
+
 grpc::Status BlockServiceImpl::Beta(grpc::ServerContext* context, const v1::BetaRequest* request,
                                     v1::BetaResponse* response) {
   // What servers ask each other.
@@ -52,9 +59,10 @@ grpc::Status BlockServiceImpl::Explore(grpc::ServerContext* context, const v1::E
 }
 
 grpc::Status BlockServiceImpl::FetchCells(grpc::ServerContext* context, const v1::FetchCellsRequest* request,
-                                          v1::FetchCellsResponse* response) {
-  return ClientQuery(gate_, context).Run(*response, [&](const ClientQuery::Gone& gone) {
-    return explorer_.FetchCells(*request, gone, *response);
+                                          grpc::ServerWriter<v1::FetchCellsResponse>* writer) {
+  ClientQuery query(gate_, context);
+  return query.Run([&](const ClientQuery::Gone& gone) {
+    return explorer_.FetchCells(*request, gone, query.Into(writer));
   });
 }
 

@@ -13,6 +13,7 @@
 #include "server/export.h"
 #include "server/piece.h"
 #include "server/walker.h"
+#include "server/walks.h"
 
 namespace ndmap::server {
 
@@ -35,6 +36,7 @@ class BlockServiceImpl final
         gate_(options_.query_limits),
         walker_(host, &peers_),
         explorer_(host, &peers_, options_.max_query_darts),
+        walks_(host, &explorer_.answers(), &peers_, options_.max_query_darts),
         exchange_(host) {}
 
   // Ends what would keep a stopping server waiting.
@@ -44,11 +46,12 @@ class BlockServiceImpl final
                           v1::GetVersionResponse*) override;
   grpc::Status GetProcessStats(grpc::ServerContext*, const v1::GetProcessStatsRequest*,
                                v1::GetProcessStatsResponse*) override;
+  grpc::Status Walk(grpc::ServerContext*, const v1::WalkRequest*, v1::WalkResponse*) override;
   grpc::Status Beta(grpc::ServerContext*, const v1::BetaRequest*, v1::BetaResponse*) override;
   grpc::Status Explore(grpc::ServerContext*, const v1::ExploreRequest*,
                        grpc::ServerWriter<v1::ExploreResponse>*) override;
   grpc::Status FetchCells(grpc::ServerContext*, const v1::FetchCellsRequest*,
-                          v1::FetchCellsResponse*) override;
+                          grpc::ServerWriter<v1::FetchCellsResponse>*) override;
   grpc::Status AskBlock(grpc::ServerContext*, const v1::AskBlockRequest*, v1::AskBlockResponse*) override;
   grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
                              v1::GetBlockStatsResponse*) override;
@@ -79,6 +82,7 @@ class BlockServiceImpl final
   PeerStubs peers_;
   Walker walker_;
   Explorer explorer_;
+  Walks walks_;
   ExchangeStreams exchange_;
 };
 

@@ -29,9 +29,10 @@ class Explorer {
   absl::Status Explore(const v1::ExploreRequest& request, const std::function<bool()>& gone,
                        const std::function<bool(const v1::ExploreResponse&)>& write);
 
-  // The chunk of hexahedra around a dart of a block here, with the partners of its critical darts.
+  // The chunk of hexahedra around a dart of a block here, with the partners of its critical darts, in parts
+  // of one version of the block; ABORTED when it changes on the way. Blocking.
   absl::Status FetchCells(const v1::FetchCellsRequest& request, const std::function<bool()>& gone,
-                          v1::FetchCellsResponse& response);
+                          const std::function<bool(const v1::FetchCellsResponse&)>& write);
 
   BlockAnswers& answers() { return answers_; }
 

@@ -10,6 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/types/span.h"
 #include "core/map/walk.h"
+#include "server/block_version.h"
+#include "server/walk_answer.h"
 #include "server/wire.h"
 #include "service/status.h"
 
@@ -17,7 +19,6 @@ namespace ndmap::server {
 namespace {
 
 constexpr int kMaxStarts = 1 << 16;
-constexpr size_t kMaxWord = 1 << 16;
 constexpr size_t kMaxTrace = 4097;
 
 void Describe(Block3& block, DartIndex index, v1::DartInfo& info) {
@@ -53,12 +54,7 @@ absl::StatusOr<DartIndex> Begin(Block3& block, const v1::BetaStart& start) {
         return absl::InvalidArgumentError(absl::StrCat("a start in block ", start.dart().block(),
                                                        ", the request is for block ", block.id().value));
       }
-      if (start.dart().version() != 0 && start.dart().version() != block.version()) {
-        return absl::FailedPreconditionError(absl::StrCat(
-            "dart ", start.dart().dart(), " of block ", block.id().value, " was named at version ",
-            start.dart().version(), ", but the block has changed since (version ", block.version(),
-            "): ask for it again"));
-      }
+      if (absl::Status s = CheckVersion(block, start.dart().version()); !s.ok()) return s;
       return DartIndex{start.dart().dart()};
     case v1::BetaStart::kLabel: {
       auto d = block.Find(FromWire(start.label()));

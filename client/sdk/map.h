@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -48,6 +49,27 @@ struct Traced {
   bool free = false;
 };
 
+// Many darts in columns: the same row of `blocks` and `darts` is one dart.
+struct DartColumns {
+  std::vector<uint32_t> blocks;
+  // Indices there.
+  std::vector<uint32_t> darts;
+  // By block: the version at which its darts were named. Darts of a block that is not here, or has 0, are not
+  // checked.
+  std::map<uint32_t, uint64_t> versions;
+
+  size_t size() const { return darts.size(); }
+};
+
+// Where many walks ended, row by row.
+struct WalkedColumns {
+  // The last darts that the word reached, with the versions of all blocks that walks were in.
+  DartColumns at;
+  // Letters that were applied. Fewer than the word has: the dart is free for the next one, the boundary of
+  // the map.
+  std::vector<uint32_t> used;
+};
+
 // A map, with the routing table as it was when the handle was made. Cheap to copy.
 class MapHandle {
  public:
@@ -76,8 +98,15 @@ class MapHandle {
   // Some dart of a block. NOT_FOUND if the block is empty.
   absl::StatusOr<v1::DartInfo> AnyDart(uint32_t block) const;
 
-  // Applies `word` (letters 0 ... 3, from the first to the last) to each dart, by Proposition 1: where a
-  // letter leads to another block, the walk goes on at the dart with the same label there, wherever that
+  // Applies `word` (letters 0 ... 3, from the first to the last) to many darts, by Proposition 1, as fast as
+  // can be: one call for as many darts as a server takes, which follows the walks through the cluster. All of
+  // it is of one version of each block. NOT_FOUND for a dart or block that is not there, FAILED_PRECONDITION
+  // for a stale one, INVALID_ARGUMENT for another letter, ABORTED while a job changes the map again and
+  // again.
+  absl::StatusOr<WalkedColumns> Walk(const DartColumns& starts, absl::Span<const uint8_t> word) const;
+
+  // The same for a few darts, with everything that is there and the blocks that the walks went through: where
+  // a letter leads to another block, the walk goes on at the dart with the same label there, wherever that
   // block is. One result for each start, in order. A call for each group of walks that are in the same block
   // at the same letter. Fails as a whole: NOT_FOUND for a dart that is not there, FAILED_PRECONDITION for a
   // stale reference, INVALID_ARGUMENT for another letter.
@@ -93,8 +122,9 @@ class MapHandle {
   // The same part by part, for answers that need not be held at once; the first part is taken even if it is
   // empty. Tried again only as long as nothing was taken.
   absl::Status Explore(const v1::ExploreRequest& request, PartSink take) const;
-  // The chunk of hexahedra around a dart, with all links: what a Navigator (navigator.h) keeps.
-  absl::StatusOr<v1::FetchCellsResponse> FetchCells(const v1::FetchCellsRequest& request) const;
+  // The chunk of hexahedra around a dart, with all links, in parts: what a Navigator (navigator.h) keeps. The
+  // map's name is filled in. Tried again when a server does not answer.
+  absl::StatusOr<std::vector<v1::FetchCellsResponse>> FetchCells(const v1::FetchCellsRequest& request) const;
 
   // One walk from a dart, a label or any dart of a block, step by step; at most 4096 letters. The darts
   // within a block are of one version of it, so it may be asked while a job changes the map. ABORTED when the
@@ -154,6 +184,13 @@ class MapHandle {
   // Moves a walker that stands at a crossing to the block that holds the label.
   absl::Status Cross(Walker& walker, const v1::BetaResult& at) const;
   absl::StatusOr<bool> HasLabel(uint32_t block, const v1::Label& label) const;
+  absl::Status WalkOnce(const std::map<std::string, std::vector<uint32_t>>& by_server,
+                        const DartColumns& starts, absl::Span<const uint8_t> word,
+                        WalkedColumns& walked) const;
+  // One call of Walk: those rows of `starts`, whose blocks are on one server, into the same rows of `walked`.
+  absl::Status WalkRows(const std::string& address, absl::Span<const uint32_t> rows,
+                        const DartColumns& starts, absl::Span<const uint8_t> word,
+                        WalkedColumns& walked) const;
   absl::Status ExploreOnce(const v1::ExploreRequest& request, PartSink take) const;
   // Tries a write until it is done or its error is final.
   absl::StatusOr<v1::WriteAttributeResponse> Write(

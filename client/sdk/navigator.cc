@@ -1,30 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/sdk/navigator.h"
 
-#include <cstring>
-#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "client/sdk/connection.h"
+#include "client/sdk/column.h"
 
 namespace ndmap {
 namespace {
 
-// A column of little-endian 32-bit numbers.
-class Column {
- public:
-  explicit Column(const std::string& bytes) : bytes_(bytes) {}
-  size_t size() const { return bytes_.size() / 4; }
-  uint32_t operator[](size_t i) const {
-    uint32_t value;
-    std::memcpy(&value, bytes_.data() + 4 * i, sizeof(value));
-    return value;
-  }
-
- private:
-  const std::string& bytes_;
-};
+using internal::Column;
 
 absl::Status Malformed(uint32_t block) {
   return absl::InternalError(
@@ -124,9 +109,8 @@ const Navigator::Links* Navigator::Known(Dart dart) const {
   return links != nullptr && links->beta1.load(std::memory_order_acquire) != 0 ? links : nullptr;
 }
 
-absl::StatusOr<v1::FetchCellsResponse> Navigator::Ask(const Dart& dart, uint64_t version) const {
+absl::StatusOr<std::vector<v1::FetchCellsResponse>> Navigator::Ask(const Dart& dart, uint64_t version) const {
   v1::FetchCellsRequest request;
-  request.set_map(map_.name());
   request.mutable_dart()->set_block(dart.block);
   request.mutable_dart()->set_dart(dart.index);
   request.mutable_dart()->set_version(version);
@@ -142,9 +126,20 @@ absl::StatusOr<const Navigator::Links*> Navigator::Fetch(Dart dart) {
   // Threads that need the same chunk wait here for the first of them.
   absl::MutexLock lock(&mutex_);
   if (const Links* links = Known(dart)) return links;
-  absl::StatusOr<v1::FetchCellsResponse> response = Ask(dart, blocks_[dart.block]->version);
-  if (!response.ok()) return response.status();
-  if (absl::Status s = Add(*response); !s.ok()) return s;
+  absl::StatusOr<std::vector<v1::FetchCellsResponse>> parts = Ask(dart, blocks_[dart.block]->version);
+  if (!parts.ok()) return parts.status();
+  for (const v1::FetchCellsResponse& part : *parts) {
+    if (part.block() != dart.block || (part.continued() && &part == &parts->front())) {
+      return Malformed(dart.block);
+    }
+    if (absl::Status s = Check(part); !s.ok()) return s;
+  }
+  for (const v1::FetchCellsResponse& part : *parts) {
+    if (absl::Status s = Add(part); !s.ok()) return s;
+  }
+  // Published when everything about them is written: links lead from one part to another.
+  for (const v1::FetchCellsResponse& part : *parts) Publish(part);
+  ++counters_.fetches;
   if (const Links* links = Known(dart)) return links;
   return Malformed(dart.block);
 }
@@ -158,12 +153,16 @@ absl::Status Navigator::SetVersion(uint32_t block, uint64_t version) {
                                                     ": Refresh() it and ask for its darts again"));
 }
 
-absl::Status Navigator::Add(const v1::FetchCellsResponse& r) {
+absl::Status Navigator::Check(const v1::FetchCellsResponse& r) {
   if (absl::Status s = CheckColumns(r, static_cast<uint32_t>(blocks_.size())); !s.ok()) return s;
   if (absl::Status s = SetVersion(r.block(), r.version()); !s.ok()) return s;
   for (int i = 0; i < r.blocks_size(); ++i) {
     if (absl::Status s = SetVersion(r.blocks(i), r.versions(i)); !s.ok()) return s;
   }
+  return absl::OkStatus();
+}
+
+absl::Status Navigator::Add(const v1::FetchCellsResponse& r) {
   BlockView& block = *blocks_[r.block()];
   const Column darts(r.darts()), beta1(r.beta1()), beta2(r.beta2()), beta3(r.beta3()), vertices(r.vertices());
   const Column points_of(r.points_of());
@@ -173,14 +172,15 @@ absl::Status Navigator::Add(const v1::FetchCellsResponse& r) {
   }
   size_t d = 0;
   for (int c = 0; c < r.cell_darts_size(); ++c) {
-    const auto number = static_cast<uint32_t>(counters_.hexahedra++);
+    const bool goes_on = c == 0 && r.continued();
+    const auto number = static_cast<uint32_t>(goes_on ? counters_.hexahedra - 1 : counters_.hexahedra++);
     Cell& cell = cells_.Make(number);
     cell.id.set_hi(r.cell_hi(c));
     cell.id.set_lo(r.cell_lo(c));
     cell.state = r.cell_states(c);
-    cell.darts = r.cell_darts(c);
+    cell.darts = r.cell_darts(c) + (goes_on ? cell.darts : 0);
     cell.number = number;
-    for (uint32_t k = 0; k < cell.darts; ++k, ++d) {
+    for (uint32_t k = 0; k < r.cell_darts(c); ++k, ++d) {
       Links& links = block.links.Make(darts[d]);
       links.beta2 = beta2[d];
       links.beta3 = beta3[d];
@@ -194,14 +194,17 @@ absl::Status Navigator::Add(const v1::FetchCellsResponse& r) {
   for (int i = 0; i < r.critical_size(); ++i) {
     block.links.Make(darts[r.critical(i)]).beta3_block = r.partner_blocks(i);
   }
-  // Published when everything about them is written.
-  for (size_t i = 0; i < darts.size(); ++i) {
-    block.links.Make(darts[i]).beta1.store(beta1[i], std::memory_order_release);
-  }
-  ++counters_.fetches;
   counters_.darts += darts.size();
   counters_.bytes += r.ByteSizeLong();
   return absl::OkStatus();
+}
+
+void Navigator::Publish(const v1::FetchCellsResponse& r) {
+  BlockView& block = *blocks_[r.block()];
+  const Column darts(r.darts()), beta1(r.beta1());
+  for (size_t i = 0; i < darts.size(); ++i) {
+    block.links.Make(darts[i]).beta1.store(beta1[i], std::memory_order_release);
+  }
 }
 
 }  // namespace ndmap

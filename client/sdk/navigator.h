@@ -99,8 +99,11 @@ class Navigator {
   }
   const Links* Known(Dart dart) const;
   absl::StatusOr<const Links*> Fetch(Dart dart) ABSL_LOCKS_EXCLUDED(mutex_);
-  absl::StatusOr<v1::FetchCellsResponse> Ask(const Dart& dart, uint64_t version) const;
-  absl::Status Add(const v1::FetchCellsResponse& response) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<std::vector<v1::FetchCellsResponse>> Ask(const Dart& dart, uint64_t version) const;
+  // Whether a part of a chunk fits together, and is of the versions of this view.
+  absl::Status Check(const v1::FetchCellsResponse& part) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Add(const v1::FetchCellsResponse& part) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Publish(const v1::FetchCellsResponse& part) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status SetVersion(uint32_t block, uint64_t version) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const MapHandle map_;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/sdk/connection.h"
 #include "client/sdk/map.h"
+#include "client/sdk/word.h"
 
 namespace ndmap {
 namespace {
@@ -13,16 +14,6 @@ namespace {
 // What one call may carry.
 constexpr size_t kMaxStarts = 65536;
 constexpr size_t kMaxLetters = 65536;
-
-absl::Status CheckWord(absl::Span<const uint8_t> word) {
-  for (uint8_t letter : word) {
-    if (letter > 3) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("beta ", int{letter}, ": a map of dimension 3 has beta 0 ... 3"));
-    }
-  }
-  return absl::OkStatus();
-}
 
 }  // namespace
 
@@ -48,19 +39,6 @@ absl::StatusOr<v1::BetaResponse> MapHandle::BetaInBlock(const v1::BetaRequest& r
     return absl::InternalError(absl::StrCat(internal::ServerName(*address), " gave ", response.results_size(),
                                             " results for ", request.starts_size(), " darts"));
   }
-  return response;
-}
-
-absl::StatusOr<v1::FetchCellsResponse> MapHandle::FetchCells(const v1::FetchCellsRequest& request) const {
-  absl::StatusOr<std::string> address = AddressOf(request.dart().block());
-  if (!address.ok()) return address.status();
-  auto server = connection_->BlockServer(*address);
-  if (!server.ok()) return server.status();
-  v1::FetchCellsResponse response;
-  absl::Status status =
-      internal::CallIdempotent(**server, &v1::BlockService::Stub::FetchCells, request, &response,
-                               connection_->options(), internal::ServerName(*address));
-  if (!status.ok()) return status;
   return response;
 }
 
@@ -159,7 +137,7 @@ absl::Status MapHandle::Go(absl::Span<Walker* const> walkers, absl::Span<const u
 
 absl::StatusOr<Traced> MapHandle::Trace(uint32_t block, const v1::BetaStart& start,
                                         absl::Span<const uint8_t> word) const {
-  if (absl::Status status = CheckWord(word); !status.ok()) return status;
+  if (absl::Status status = internal::CheckWord(word); !status.ok()) return status;
   Walker walker;
   walker.block = block;
   walker.start = start;
@@ -200,7 +178,7 @@ absl::StatusOr<Traced> MapHandle::Trace(uint32_t block, const v1::BetaStart& sta
 
 absl::StatusOr<std::vector<Walked>> MapHandle::Beta(absl::Span<const v1::DartRef> starts,
                                                     absl::Span<const uint8_t> word) const {
-  if (absl::Status status = CheckWord(word); !status.ok()) return status;
+  if (absl::Status status = internal::CheckWord(word); !status.ok()) return status;
   std::vector<Walker> walkers(starts.size());
   for (size_t i = 0; i < starts.size(); ++i) {
     walkers[i].block = starts[i].block();

@@ -40,8 +40,11 @@ class ErrorsTest(ClusterTest):
         made = self.create("stale")
         dart = made.any_dart(0)
         made.refine(1, "everything").result()
-        error = self.fails(ndmap.StaleDartError, r"has changed since .*version", made.beta, dart, "1")
-        self.assertIsInstance(error, ndmap.FailedPreconditionError)
+        for call in (made.beta, made.walk):
+            error = self.fails(ndmap.StaleDartError, "block 0 has changed since version", call, dart, "1")
+            self.assertIsInstance(error, ndmap.FailedPreconditionError)
+        twice = ndmap.DartColumns("stale", [0, 0], [1, 2], [dart.dart.version, dart.dart.version + 1])
+        self.fails(ndmap.StaleDartError, "were named at versions", made.walk, twice, "1")
         # Without a version nobody compares.
         self.assertEqual(made.beta(ndmap.Dart("stale", 0, dart.dart.index), "1").used[0], 1)
 
@@ -56,6 +59,12 @@ class ErrorsTest(ClusterTest):
         self.fails(ndmap.InvalidArgumentError, "below 2", made.beta, ndmap.Dart("darts", 0, "x"), "1")
         self.fails(ndmap.InvalidArgumentError, "map 'other'", made.beta, ndmap.Dart("other", 0, 0), "1")
         self.fails(ndmap.InvalidArgumentError, "Dart or DartInfo", made.beta, [7], "1")
+        self.fails(ndmap.NotFoundError, "4000000000", made.walk, ndmap.DartColumns("darts", [0], [4000000000]), "1")
+        self.fails(ndmap.NotFoundError, "no block 7, it has 2", made.walk, ndmap.DartColumns("darts", [7], [0]), "1")
+        self.fails(ndmap.InvalidArgumentError, "map 'other'", made.walk, ndmap.DartColumns("other", [0], [0]), "1")
+        for index in ([-1], [1 << 32], [0.5], [[1]], ["x"], 1):
+            self.fails(ndmap.InvalidArgumentError, "index", ndmap.DartColumns, "darts", [0], index)
+        self.fails(ndmap.InvalidArgumentError, "expected as many", ndmap.DartColumns, "darts", [0, 0], [1])
 
     def test_words_that_are_none(self):
         made = self.create("words")
@@ -64,6 +73,8 @@ class ErrorsTest(ClusterTest):
             self.fails(ndmap.InvalidArgumentError, "word of betas 0 ... 3", made.beta, dart, word)
         for word in ([4], [-1], [1, 2.5], [None], b"1"):
             self.fails(ndmap.InvalidArgumentError, "beta 0 ... 3", made.beta, dart, word)
+            self.fails(ndmap.InvalidArgumentError, "beta 0 ... 3", made.walk, dart, word)
+        self.fails(ndmap.InvalidArgumentError, "70000 letters", made.walk, dart, b"\1" * 70000)
 
     def test_maps_that_cannot_be_made(self):
         self.create("there")

@@ -49,7 +49,20 @@ class WalkTest(ClusterTest):
                 rows = sorted(zip(map(tuple, darts.point.tolist()), darts.cell.tolist(), darts.level.tolist()))
                 self.assertEqual(rows, seen.setdefault("rows", rows))
                 self._check_laws(made, darts)
+                self._check_columns(made, darts)
                 self.client.delete_map("walk")
+
+    def _check_columns(self, made, darts):
+        """Many walks in columns end where walks one by one end."""
+        darts = darts[np.random.default_rng(1).permutation(len(darts))]
+        for word in ("3", "2,3,2,1,1,2,3,2,0,2,3,1"):
+            expected, ends = made.beta(darts, word), made.walk(darts, word)
+            for column in ("block", "index", "version"):
+                np.testing.assert_array_equal(getattr(ends.darts, column), getattr(expected.darts, column))
+            np.testing.assert_array_equal(ends.used, expected.used)
+            np.testing.assert_array_equal(ends.free, expected.free)
+        # Home again, from where others ended.
+        np.testing.assert_array_equal(made.walk(made.walk(darts, "0"), "1").darts.index, darts.index)
 
     def _check_laws(self, made, darts):
         def ends(word):
@@ -106,6 +119,17 @@ class WalkTest(ClusterTest):
                 if said["steps"]:
                     self.assertEqual(said["steps"][-1]["point"], list(walks.darts[0].point))
                     self.assertEqual(said["steps"][-1]["hexahedron"], walks.darts[0].cell)
+
+    def test_columns_are_made_of_what_there_is(self):
+        made = self.create("columns")
+        info = made.any_dart(1)
+        expected = made.beta(info, "1,2").darts
+        bare = ndmap.DartColumns("columns", [1], [info.dart.index])
+        walked = made.walk(bare, "1")
+        for darts, word in ((info, "1,2"), ([info.dart], [1, 2]), (bare, b"\1\2"), (walked, "2"), (walked.darts, "2")):
+            self.assertEqual(made.walk(darts, word).darts.index.tolist(), expected.index.tolist())
+        self.assertEqual(len(made.walk([], "1")), 0)
+        self.assertEqual(walked.darts.version.tolist(), [info.dart.version])
 
     def test_darts_come_in_many_forms(self):
         made = self.create("forms")

@@ -101,12 +101,25 @@ class LimitsTest : public ::testing::Test {
     v1::BetaResponse response;
     return stub_->Beta(Context().get(), request, &response);
   }
+  grpc::Status Walk() {
+    v1::WalkRequest request;
+    request.set_map("m");
+    request.set_blocks(std::string(4, '\0'));
+    request.set_darts(std::string("\1\0\0\0", 4));
+    request.set_word(std::string(4, 1));
+    v1::WalkResponse response;
+    return stub_->Walk(Context().get(), request, &response);
+  }
   grpc::Status FetchCells() {
     v1::FetchCellsRequest request;
     request.set_map("m");
     request.mutable_dart()->set_dart(1);
-    v1::FetchCellsResponse response;
-    return stub_->FetchCells(Context().get(), request, &response);
+    const auto context = Context();
+    auto stream = stub_->FetchCells(context.get(), request);
+    v1::FetchCellsResponse part;
+    while (stream->Read(&part)) {
+    }
+    return stream->Finish();
   }
   grpc::Status BlockStats() {
     v1::GetBlockStatsRequest request;
@@ -151,7 +164,7 @@ TEST_F(LimitsTest, QuestionsAboveTheMostAtOneTimeAreRefusedAndNothingElseIs) {
   std::vector<std::thread> exports;
   for (int k = 0; k < 2; ++k) exports.emplace_back([this] { ExpectOk(Export()); });
   turnstile.AwaitArrivals(2);
-  for (const grpc::Status& status : {Explore(), Beta(), FetchCells(), BlockStats(), Export()}) {
+  for (const grpc::Status& status : {Explore(), Beta(), Walk(), FetchCells(), BlockStats(), Export()}) {
     ExpectRefused(status, "--max-queries");
     EXPECT_THAT(status.error_message(), HasSubstr("answering 2 questions"));
   }
@@ -165,7 +178,7 @@ TEST_F(LimitsTest, QuestionsAboveTheMostAtOneTimeAreRefusedAndNothingElseIs) {
       v1::JOB_STATE_DONE);
   turnstile.Open();
   for (std::thread& thread : exports) thread.join();
-  for (const grpc::Status& status : {Explore(), Beta(), FetchCells(), BlockStats(), Export()})
+  for (const grpc::Status& status : {Explore(), Beta(), Walk(), FetchCells(), BlockStats(), Export()})
     ExpectOk(status);
 }
 
@@ -173,7 +186,7 @@ TEST_F(LimitsTest, AnAnswerOfTooManyBytesIsRefused) {
   server::QueryLimits limits;
   limits.max_response_bytes = 20;
   Start(limits);
-  for (const grpc::Status& status : {Explore(), Beta(), FetchCells()}) {
+  for (const grpc::Status& status : {Explore(), Beta(), Walk(), FetchCells()}) {
     ExpectRefused(status, "--max-response-bytes");
     EXPECT_THAT(status.error_message(), HasSubstr("over 20 bytes"));
   }
@@ -199,7 +212,7 @@ TEST_F(LimitsTest, AQuestionThatTakesTooLongIsRefused) {
   server::QueryLimits limits;
   limits.max_query_time = absl::Nanoseconds(1);
   Start(limits);
-  for (const grpc::Status& status : {Explore(), Beta(), FetchCells(), BlockStats()}) {
+  for (const grpc::Status& status : {Explore(), Beta(), Walk(), FetchCells(), BlockStats()}) {
     ExpectRefused(status, "--max-query-seconds");
     EXPECT_THAT(status.error_message(), HasSubstr("longer than 1ns"));
   }

@@ -20,6 +20,9 @@ class NavigatorTest : public ::testing::Test {
  protected:
   NavigatorTest() : cluster_(3), client_(Client::Connect(cluster_.coordinator().address()).value()) {}
 
+  explicit NavigatorTest(server::ServiceOptions service)
+      : cluster_(3, {}, {}, service), client_(Client::Connect(cluster_.coordinator().address()).value()) {}
+
   // A refined map; more than one chunk of hexahedra in a block.
   MapHandle Make(const std::string& name, uint32_t blocks, v1::Routing routing = v1::ROUTING_DIRECT) {
     v1::CreateMapRequest request = Cluster::GridRequest(name, blocks, 3);
@@ -52,16 +55,8 @@ class NavigatorTest : public ::testing::Test {
     return queue;
   }
 
-  Cluster cluster_;
-  Client client_;
-};
-
-TEST_F(NavigatorTest, LeadsWhereTheServicesLead) {
-  for (const auto& [name, blocks, routing] :
-       {std::tuple("one", 1u, v1::ROUTING_DIRECT), std::tuple("seven", 7u, v1::ROUTING_DIRECT),
-        std::tuple("broadcast", 4u, v1::ROUTING_BROADCAST)}) {
-    SCOPED_TRACE(name);
-    const MapHandle map = Make(name, blocks, routing);
+  // From a dart of block 0 the view leads through the whole map, as the services do.
+  void ExpectTheServices(const MapHandle& map) {
     uint64_t darts = 0, hexahedra = 0;
     const std::vector<v1::BlockStats> blocks_now = map.Stats().value();
     for (const v1::BlockStats& stats : blocks_now) {
@@ -101,6 +96,51 @@ TEST_F(NavigatorTest, LeadsWhereTheServicesLead) {
     }
     EXPECT_EQ(cells.size(), hexahedra);
   }
+
+  Cluster cluster_;
+  Client client_;
+};
+
+TEST_F(NavigatorTest, LeadsWhereTheServicesLead) {
+  for (const auto& [name, blocks, routing] :
+       {std::tuple("one", 1u, v1::ROUTING_DIRECT), std::tuple("seven", 7u, v1::ROUTING_DIRECT),
+        std::tuple("broadcast", 4u, v1::ROUTING_BROADCAST)}) {
+    SCOPED_TRACE(name);
+    ExpectTheServices(Make(name, blocks, routing));
+  }
+}
+
+class SmallPartsTest : public NavigatorTest {
+ protected:
+  static constexpr uint64_t kDarts = 100;
+  static server::ServiceOptions Small() {
+    server::ServiceOptions options;
+    options.max_query_darts = kDarts;
+    return options;
+  }
+  SmallPartsTest() : NavigatorTest(Small()) {}
+};
+
+// A hexahedron beside much finer ones has more darts than any message may have; once it made its whole chunk
+// unreadable.
+TEST_F(SmallPartsTest, HexahedraOfMoreDartsThanOnePartAreWalked) {
+  const MapHandle map = Make("m", 3);
+  int continued = 0;
+  for (uint32_t block = 0; block < 3; ++block) {
+    v1::FetchCellsRequest request;
+    *request.mutable_dart() = map.AnyDart(block)->dart();
+    const auto parts = map.FetchCells(request);
+    ASSERT_TRUE(parts.ok()) << parts.status();
+    for (const v1::FetchCellsResponse& part : *parts) {
+      EXPECT_LE(part.darts().size(), 4 * kDarts);
+      EXPECT_GT(part.darts().size(), 0);
+      EXPECT_EQ(part.version(), parts->front().version());
+      continued += part.continued() ? 1 : 0;
+    }
+    EXPECT_FALSE(parts->front().continued());
+  }
+  EXPECT_GT(continued, 0);
+  ExpectTheServices(map);
 }
 
 TEST_F(NavigatorTest, ManyThreadsSeeOneMap) {

@@ -16,6 +16,7 @@ All objects may be used from any thread.
 from ndmap._version import __version__
 from ndmap.anchors import BlockAnchor, BoxAnchor, NearestVertexAnchor, PointAnchor
 from ndmap.client import Client, connect
+from ndmap.columns import DartColumns, WalkedColumns
 from ndmap.darts import Dart, DartInfo, Darts, Walks
 from ndmap.errors import (
     AbortedError,
@@ -60,6 +61,7 @@ __all__ = [
     "Client",
     "ClientOptions",
     "Dart",
+    "DartColumns",
     "DartInfo",
     "Darts",
     "DataLossError",
@@ -91,6 +93,7 @@ __all__ = [
     "Surface",
     "UnavailableError",
     "UnimplementedError",
+    "WalkedColumns",
     "Walks",
     "__version__",
     "connect",

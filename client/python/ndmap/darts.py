@@ -122,7 +122,7 @@ def references(map_name: str, darts: DartsLike) -> list[navigate_pb2.DartRef]:
     if isinstance(darts, Walks):
         darts = darts.darts
     if isinstance(darts, Darts):
-        _check_map(map_name, darts.map)
+        check_map(map_name, darts.map)
         columns = (darts.block.tolist(), darts.index.tolist(), darts.version.tolist())
         return [navigate_pb2.DartRef(block=b, dart=d, version=v) for b, d, v in zip(*columns)]
     if isinstance(darts, (Dart, DartInfo)):
@@ -132,7 +132,7 @@ def references(map_name: str, darts: DartsLike) -> list[navigate_pb2.DartRef]:
         dart = item.dart if isinstance(item, DartInfo) else item
         if not isinstance(dart, Dart):
             raise InvalidArgumentError(f"a Dart or DartInfo expected, not {item!r}")
-        _check_map(map_name, dart.map)
+        check_map(map_name, dart.map)
         try:
             result.append(navigate_pb2.DartRef(block=dart.block, dart=dart.index, version=dart.version))
         except (TypeError, ValueError):
@@ -142,7 +142,8 @@ def references(map_name: str, darts: DartsLike) -> list[navigate_pb2.DartRef]:
     return result
 
 
-def _check_map(expected: str, given: str) -> None:
+def check_map(expected: str, given: str) -> None:
+    """InvalidArgumentError unless darts of map `given` are of map `expected`."""
     if given != expected:
         raise InvalidArgumentError(f"a dart of map '{given}', this is map '{expected}'")
 
