@@ -28,6 +28,7 @@ void CoordinatorServer::Stop() {
   listening_.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
   listening_.server->Wait();
   listening_.server.reset();
+  listening_.poller.reset();
 }
 
 }  // namespace ndmap::coordinator

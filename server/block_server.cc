@@ -62,6 +62,7 @@ void BlockServer::Stop() {
   listening_.server->Wait();
   host_.Stop();
   listening_.server.reset();
+  listening_.poller.reset();
 }
 
 }  // namespace ndmap::server

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/remote_blocks.h"
 
+#include <grpcpp/completion_queue.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/blocking_counter.h"
 #include "server/wire.h"
 #include "service/status.h"
 
@@ -15,7 +16,36 @@ namespace {
 struct Call {
   grpc::ClientContext context;
   std::shared_ptr<v1::BlockService::Stub> stub;
+  std::unique_ptr<grpc::ClientAsyncResponseReader<v1::AskBlockResponse>> reader;
   grpc::Status status;
+};
+
+// Calls under way. The thread that waits for them watches their sockets itself: gRPC's threads for callbacks
+// may be asleep (service/poller.h).
+class Calls {
+ public:
+  ~Calls() {
+    queue_.Shutdown();
+    void* tag = nullptr;
+    bool ok = false;
+    while (queue_.Next(&tag, &ok)) {
+    }
+  }
+  void Start(const v1::AskBlockRequest& request, v1::AskBlockResponse* answer, Call& call) {
+    call.reader = call.stub->AsyncAskBlock(&call.context, request, &queue_);
+    call.reader->Finish(answer, &call.status, &call);
+    ++left_;
+  }
+  // Until all have ended.
+  void Wait() {
+    void* tag = nullptr;
+    bool ok = false;
+    while (left_ > 0 && queue_.Next(&tag, &ok)) --left_;
+  }
+
+ private:
+  grpc::CompletionQueue queue_;
+  int left_ = 0;
 };
 
 }  // namespace
@@ -24,27 +54,21 @@ absl::StatusOr<std::vector<v1::AskBlockResponse>> RemoteBlocks::Ask(
     std::vector<v1::AskBlockRequest> requests) {
   std::vector<v1::AskBlockResponse> answers(requests.size());
   std::vector<std::unique_ptr<Call>> calls(requests.size());
-  int remote = 0;
   for (size_t k = 0; k < requests.size(); ++k) {
     requests[k].set_map(map_);
     if (requests[k].block() >= info_.block_count) {
       return absl::NotFoundError(absl::StrCat("block ", requests[k].block(), " of map \"", map_,
                                               "\", which has ", info_.block_count));
     }
-    remote += IsHere(requests[k].block()) ? 0 : 1;
   }
-  absl::BlockingCounter left(remote);
+  Calls under_way;
   for (size_t k = 0; k < requests.size(); ++k) {
     if (IsHere(requests[k].block())) continue;
     calls[k] = std::make_unique<Call>();
     Call& call = *calls[k];
     call.context.set_deadline(std::chrono::system_clock::now() + PeerStubs::kDeadline);
     call.stub = peers_->To(info_.addresses[requests[k].block()]);
-    call.stub->async()->AskBlock(&call.context, &requests[k], &answers[k],
-                                 [&call, &left](grpc::Status status) {
-                                   call.status = std::move(status);
-                                   left.DecrementCount();
-                                 });
+    under_way.Start(requests[k], &answers[k], call);
   }
   absl::Status result;
   for (size_t k = 0; k < requests.size(); ++k) {
@@ -54,7 +78,7 @@ absl::StatusOr<std::vector<v1::AskBlockResponse>> RemoteBlocks::Ask(
   for (auto& call : calls) {
     if (!result.ok() && call != nullptr) call->context.TryCancel();
   }
-  left.Wait();
+  under_way.Wait();
   for (size_t k = 0; k < requests.size() && result.ok(); ++k) {
     if (calls[k] == nullptr || calls[k]->status.ok()) continue;
     const grpc::StatusCode code = calls[k]->status.error_code();

@@ -8,6 +8,8 @@
 #include <grpcpp/security/credentials.h>
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "service/names.h"
 
@@ -52,7 +54,10 @@ absl::StatusOr<Listening> Listen(const std::string& address, grpc::Service* grpc
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder.AddListeningPort(address, grpc::InsecureServerCredentials(), &result.port);
   builder.RegisterService(grpc_service);
+  std::unique_ptr<grpc::ServerCompletionQueue> queue = builder.AddCompletionQueue();
   result.server = builder.BuildAndStart();
+  // Also of a server that does not start: what it began ends with the queue.
+  result.poller = std::make_unique<Poller>(std::move(queue));
   if (result.server == nullptr || result.port == 0) {
     return absl::UnavailableError(absl::StrCat("cannot listen on ", address,
                                                ": the port is in use, or the address is not this machine's"));

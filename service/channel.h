@@ -11,6 +11,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "service/poller.h"
 
 namespace ndmap::service {
 
@@ -20,6 +21,8 @@ inline constexpr int kMaxMessageBytes = 16 << 20;
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address);
 
 struct Listening {
+  // Ends after the server.
+  std::unique_ptr<Poller> poller;
   std::unique_ptr<grpc::Server> server;
   // host:port with the real port.
   std::string address;
