@@ -136,6 +136,12 @@ absl::StatusOr<v1::Job> CoordinatorServiceImpl::Start(const v1::StartJobRequest&
   bool changes_map = false;
   for (const v1::Phase& phase : request.phases()) {
     if (absl::Status status = CheckPhase(phase); !status.ok()) return status;
+    if (phase.algorithm() == kAttributesAlgorithm) {
+      return absl::InvalidArgumentError(
+          "\"attributes\" is not for StartJob: DefineAttribute and DropAttribute run it, and it ends every "
+          "job "
+          "that changes a map with attributes");
+    }
     absl::StatusOr<AlgorithmInfo> info = find_algorithm_(phase.algorithm());
     if (!info.ok()) return info.status();
     changes_map = changes_map || info->changes_map;
@@ -176,6 +182,28 @@ grpc::Status CoordinatorServiceImpl::DeleteMap(grpc::ServerContext*, const v1::D
   // Also when an exception ends the call.
   const absl::Cleanup free_name = [&] { state_->FreeName(request->map()); };
   runner_->DropMap(*map);
+  return grpc::Status::OK;
+}
+
+grpc::Status CoordinatorServiceImpl::DefineAttribute(grpc::ServerContext*,
+                                                     const v1::DefineAttributeRequest* request,
+                                                     v1::DefineAttributeResponse* response) {
+  if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
+  absl::StatusOr<v1::Job> job = state_->DefineAttribute(request->map(), request->attribute());
+  if (!job.ok()) return ToGrpc(job.status());
+  runner_->Begin(*job, false);
+  *response->mutable_job() = *std::move(job);
+  return grpc::Status::OK;
+}
+
+grpc::Status CoordinatorServiceImpl::DropAttribute(grpc::ServerContext*,
+                                                   const v1::DropAttributeRequest* request,
+                                                   v1::DropAttributeResponse* response) {
+  if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
+  absl::StatusOr<v1::Job> job = state_->DropAttribute(request->map(), request->name());
+  if (!job.ok()) return ToGrpc(job.status());
+  runner_->Begin(*job, false);
+  *response->mutable_job() = *std::move(job);
   return grpc::Status::OK;
 }
 

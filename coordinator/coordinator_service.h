@@ -48,6 +48,10 @@ class CoordinatorServiceImpl final : public v1::Coordinator::Service {
   grpc::Status ListMaps(grpc::ServerContext*, const v1::ListMapsRequest*, v1::ListMapsResponse*) override;
   grpc::Status GetMap(grpc::ServerContext*, const v1::GetMapRequest*, v1::GetMapResponse*) override;
   grpc::Status DeleteMap(grpc::ServerContext*, const v1::DeleteMapRequest*, v1::DeleteMapResponse*) override;
+  grpc::Status DefineAttribute(grpc::ServerContext*, const v1::DefineAttributeRequest*,
+                               v1::DefineAttributeResponse*) override;
+  grpc::Status DropAttribute(grpc::ServerContext*, const v1::DropAttributeRequest*,
+                             v1::DropAttributeResponse*) override;
   grpc::Status StartJob(grpc::ServerContext*, const v1::StartJobRequest*, v1::StartJobResponse*) override;
   grpc::Status GetJob(grpc::ServerContext*, const v1::GetJobRequest*, v1::GetJobResponse*) override;
   grpc::Status ListJobs(grpc::ServerContext*, const v1::ListJobsRequest*, v1::ListJobsResponse*) override;

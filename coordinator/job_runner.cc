@@ -45,6 +45,9 @@ struct JobRunner::Run {
     key.set_phase(phase);
     return key;
   }
+  // Half of that phase would be of no use to anybody: it goes on to its end, and the job is not called
+  // cancelled for it.
+  static bool MayCancel(const v1::Phase& phase) { return phase.algorithm() != kAttributesAlgorithm; }
   template <class Request>
   std::vector<Request> ForAll(const Request& request) const {
     return std::vector<Request>(targets.size(), request);
@@ -157,7 +160,12 @@ absl::Status JobRunner::RunPhases(Run& run, bool* cancelled) {
     if (absl::Status status = CreateBlocks(run); !status.ok()) return status;
   }
   for (int i = 0; i < run.job.phases_size(); ++i) {
-    if ((*cancelled = state_->CancelRequested(run.job.job()))) return absl::OkStatus();
+    // What a cancelled job has changed has new cells, too.
+    const bool needed = run.changed && !Run::MayCancel(run.job.phases(i));
+    if (!needed && state_->CancelRequested(run.job.job())) {
+      *cancelled = true;
+      continue;
+    }
     v1::PhaseResult result;
     *result.mutable_phase() = run.job.phases(i);
     const absl::Time begin = absl::Now();
@@ -175,7 +183,7 @@ absl::Status JobRunner::RunPhases(Run& run, bool* cancelled) {
                                                       "): ", status.message()));
     }
     if (result.cancelled()) *cancelled = true;
-    state_->AddResult(run.job.job(), std::move(result));
+    state_->AddResult(run.job.job(), static_cast<uint32_t>(i), std::move(result));
   }
   return absl::OkStatus();
 }
@@ -231,8 +239,9 @@ absl::Status JobRunner::RunPhase(Run& run, uint32_t index, v1::PhaseResult& resu
   std::vector<v1::StartPhaseResponse> started;
   // Getting ready may take long; a server that has not begun to does not know the phase yet, and is told
   // again.
-  const Watch watch = [this, &run, &key](const Target& target) {
-    if (state_->CancelRequested(run.job.job())) {
+  const bool may_cancel = Run::MayCancel(result.phase());
+  const Watch watch = [this, &run, &key, may_cancel](const Target& target) {
+    if (may_cancel && state_->CancelRequested(run.job.job())) {
       v1::CancelPhaseRequest cancel;
       *cancel.mutable_key() = key;
       v1::CancelPhaseResponse response;
@@ -242,6 +251,8 @@ absl::Status JobRunner::RunPhase(Run& run, uint32_t index, v1::PhaseResult& resu
     }
     return run.watch(target);
   };
+  // Its start already changes lists of attributes.
+  if (!may_cancel) run.changed = true;
   absl::Status status = CallAll<v1::StartPhaseRequest, v1::StartPhaseResponse>(
       run.targets, run.ForAll(start), &started, &Async::StartPhase, watch);
   if (!status.ok()) return status;
@@ -275,7 +286,8 @@ absl::Status JobRunner::AwaitQuiescence(Run& run, const v1::PhaseKey& key, v1::P
   absl::Time last_progress = absl::Now();
   uint64_t done_before = 0;
   while (true) {
-    if (!result.cancelled() && state_->CancelRequested(run.job.job())) {
+    const bool may_cancel = Run::MayCancel(result.phase()) && !result.cancelled();
+    if (may_cancel && state_->CancelRequested(run.job.job())) {
       result.set_cancelled(true);
       v1::CancelPhaseRequest cancel;
       *cancel.mutable_key() = key;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@
 #include "ndmap/v1/coordinator.pb.h"
 
 namespace ndmap::coordinator {
+
+// Gives new cells values: the last phase of jobs that change a map with attributes.
+inline constexpr char kAttributesAlgorithm[] = "attributes";
 
 struct StateOptions {
   absl::Duration lease = absl::Seconds(10);
@@ -57,8 +61,13 @@ class State {
   // --- Maps and jobs. ---
   // The map in state CREATING together with the job that creates it. ALREADY_EXISTS.
   absl::StatusOr<v1::Job> AddMap(v1::Map map, v1::Phase build);
-  // FAILED_PRECONDITION naming the job that is in the way.
+  // FAILED_PRECONDITION naming the job that is in the way. A job that changes a map with attributes gets a
+  // last phase that brings them up to date.
   absl::StatusOr<v1::Job> AddJob(const v1::StartJobRequest& request, bool changes_map);
+  // Jobs after which the map has one attribute more or less. ALREADY_EXISTS, NOT_FOUND, RESOURCE_EXHAUSTED
+  // (too many), and as AddJob.
+  absl::StatusOr<v1::Job> DefineAttribute(const std::string& map, const v1::Attribute& attribute);
+  absl::StatusOr<v1::Job> DropAttribute(const std::string& map, const std::string& name);
   absl::StatusOr<v1::Map> FindMap(const std::string& map) const;
   std::vector<v1::Map> Maps() const;
   // Takes the map out; its name stays taken until FreeName(). FAILED_PRECONDITION while a job runs on it.
@@ -73,7 +82,8 @@ class State {
   bool CancelRequested(uint64_t job) const;
   void SetProgress(uint64_t job, uint32_t phase, const std::string& algorithm,
                    std::vector<v1::BlockProgress> blocks);
-  void AddResult(uint64_t job, v1::PhaseResult result);
+  // Of phase `phase` of the job.
+  void AddResult(uint64_t job, uint32_t phase, v1::PhaseResult result);
   // Ends the job and what follows for its map: a failed job that changes the map leaves it FAILED.
   void EndJob(uint64_t job, const absl::Status& status, bool cancelled, bool changed = true);
   // The progress once it is newer than `revision` (which is brought up to date), or after `timeout` as it is.
@@ -92,6 +102,8 @@ class State {
     v1::JobProgress progress;
     uint64_t revision = 1;
     absl::Time started;
+    // The map's list when the job is done, if that is what it is for.
+    std::optional<google::protobuf::RepeatedPtrField<v1::Attribute>> attributes;
   };
 
   v1::Job NewJob(const std::string& map, const std::string& kind, bool changes_map,
@@ -99,6 +111,13 @@ class State {
   absl::StatusOr<JobRecord*> FindRecord(uint64_t job) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool Alive(const ServerRecord& record) const { return absl::Now() - record.last_seen < options_.lease; }
   absl::Status CheckFree(const v1::Map& map) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The map, if a job may be begun on it.
+  absl::StatusOr<v1::Map*> FindToRun(const std::string& map, bool changes_map)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status AppendAttributes(const v1::Map& map, std::vector<v1::Phase>& phases) const;
+  absl::StatusOr<v1::Job> NewAttributesJob(const v1::Map& map, const std::string& kind,
+                                           google::protobuf::RepeatedPtrField<v1::Attribute> list)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Forgets unused surfaces until one of `bytes` fits; false if it does not even then.
   bool MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

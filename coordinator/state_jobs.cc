@@ -86,21 +86,30 @@ absl::Status State::CheckFree(const v1::Map& map) const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::Job> State::AddJob(const v1::StartJobRequest& request, bool changes_map) {
-  absl::MutexLock lock(&mutex_);
-  auto it = maps_.find(request.map());
-  if (it == maps_.end()) return NoMap(request.map());
+absl::StatusOr<v1::Map*> State::FindToRun(const std::string& map, bool changes_map) {
+  auto it = maps_.find(map);
+  if (it == maps_.end()) return NoMap(map);
   if (absl::Status status = CheckFree(it->second); !status.ok()) return status;
   if (it->second.unmade()) {
     return absl::FailedPreconditionError(
-        absl::StrCat("map \"", request.map(), "\" was never made (", it->second.error(), "): delete it"));
+        absl::StrCat("map \"", map, "\" was never made (", it->second.error(), "): delete it"));
   }
   if (it->second.state() == v1::MAP_STATE_FAILED && changes_map) {
     return absl::FailedPreconditionError(
-        absl::StrCat("map \"", request.map(), "\" is not to be changed any more: ", it->second.error()));
+        absl::StrCat("map \"", map, "\" is not to be changed any more: ", it->second.error()));
   }
-  return NewJob(request.map(), request.kind(), changes_map,
-                {request.phases().begin(), request.phases().end()});
+  return &it->second;
+}
+
+absl::StatusOr<v1::Job> State::AddJob(const v1::StartJobRequest& request, bool changes_map) {
+  absl::MutexLock lock(&mutex_);
+  absl::StatusOr<v1::Map*> map = FindToRun(request.map(), changes_map);
+  if (!map.ok()) return map.status();
+  std::vector<v1::Phase> phases(request.phases().begin(), request.phases().end());
+  if (changes_map) {
+    if (absl::Status status = AppendAttributes(**map, phases); !status.ok()) return status;
+  }
+  return NewJob(request.map(), request.kind(), changes_map, std::move(phases));
 }
 
 absl::StatusOr<v1::Map> State::FindMap(const std::string& map) const {
@@ -196,13 +205,13 @@ void State::SetProgress(uint64_t job, uint32_t phase, const std::string& algorit
   ++(*record)->revision;
 }
 
-void State::AddResult(uint64_t job, v1::PhaseResult result) {
+void State::AddResult(uint64_t job, uint32_t phase, v1::PhaseResult result) {
   absl::MutexLock lock(&mutex_);
   absl::StatusOr<JobRecord*> record = FindRecord(job);
   if (!record.ok()) return;
   Shorten(*result.mutable_phase());
   *(*record)->job.add_results() = std::move(result);
-  (*record)->progress.set_phase_index(static_cast<uint32_t>((*record)->job.results_size()));
+  (*record)->progress.set_phase_index(phase + 1);
   ++(*record)->revision;
 }
 
@@ -227,6 +236,9 @@ void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled, 
   v1::Map& map = it->second;
   auto* running = map.mutable_running_jobs();
   running->erase(std::remove(running->begin(), running->end(), number), running->end());
+  if ((*record)->attributes && job.state() == v1::JOB_STATE_DONE) {
+    *map.mutable_attributes() = *std::move((*record)->attributes);
+  }
   const bool creating = map.state() == v1::MAP_STATE_CREATING;
   const bool unmade = creating && (cancelled || !status.ok());
   if (unmade || (job.changes_map() && !status.ok() && changed)) {

@@ -136,6 +136,7 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
     absl::StatusOr<GridShape> grid = service::GridFromWire(request.grid());
     if (!grid.ok()) return grid.status();
     map->grid = *grid;
+    map->grid_cells = std::make_shared<const GridCells>(grid->cells);
   }
   PeerTransport* const transport = wrapped_ ? wrapped_.get() : router_.get();
   for (uint32_t b : request.blocks()) {
@@ -175,6 +176,21 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
     maps_[request.map()] = std::move(map);
     return absl::OkStatus();
   }
+}
+
+absl::StatusOr<std::shared_ptr<const InitialCells>> BlockHost::Initial(const std::string& name,
+                                                                       uint32_t block) const {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
+  if (!hosted.ok()) return hosted.status();
+  if (std::shared_ptr<const InitialCells> initial = InitialOf(**map, **hosted)) return initial;
+  return absl::FailedPreconditionError(
+      absl::StrCat("map \"", name, "\" has no grid of initial hexahedra: its cells have no ids"));
+}
+
+std::shared_ptr<const InitialCells> BlockHost::InitialOf(const HostedMap& map, HostedBlock&) {
+  return map.grid_cells;
 }
 
 absl::Status BlockHost::DropMap(const std::string& name, uint64_t number) {
@@ -242,6 +258,7 @@ void BlockHost::Abandon(HostedMap& map) {
   absl::BlockingCounter left(static_cast<int>(map.blocks.size()));
   for (auto& [number, hosted] : map.blocks) hosted->actor->Abandon([&left] { left.DecrementCount(); });
   left.Wait();
+  map.gates->EndPhase(0);
   streams_.Discard(map.name);
 }
 
@@ -258,6 +275,13 @@ void BlockHost::Deliver(Envelope envelope, Taken taken) {
 
 absl::Status BlockHost::Query(const std::string& name, uint32_t block,
                               std::function<absl::Status(Block3&)> query, BlockActor::Needs needs) {
+  return Query(
+      name, block, [&query](Block3& b, AttributeStore&) { return query(b); }, needs);
+}
+
+absl::Status BlockHost::Query(const std::string& name, uint32_t block,
+                              std::function<absl::Status(Block3&, AttributeStore&)> query,
+                              BlockActor::Needs needs) {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();
   absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
@@ -266,7 +290,9 @@ absl::Status BlockHost::Query(const std::string& name, uint32_t block,
   absl::Notification done;
   (*hosted)->actor->Post(
       [&](const absl::Status& turn) {
-        result = turn.ok() ? service::Guarded([&] { return query(*(*hosted)->block); }) : turn;
+        result = turn.ok()
+                     ? service::Guarded([&] { return query(*(*hosted)->block, *(*hosted)->attributes); })
+                     : turn;
         done.Notify();
       },
       needs);
@@ -282,6 +308,25 @@ absl::Status BlockHost::QuerySliced(const std::string& name, uint32_t block,
   absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
   if (!hosted.ok()) return hosted.status();
   return QueryActor(*(*hosted)->actor, (*hosted)->block, std::move(step), std::move(abandoned));
+}
+
+absl::Status BlockHost::QuerySliced(const std::string& name, uint32_t block,
+                                    std::function<absl::StatusOr<bool>(Block3&, AttributeStore&)> step,
+                                    std::function<bool()> abandoned) {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  absl::StatusOr<HostedBlock*> hosted = FindBlock(**map, block);
+  if (!hosted.ok()) return hosted.status();
+  return QueryActor(
+      *(*hosted)->actor, (*hosted)->block,
+      [step = std::move(step), store = (*hosted)->attributes](Block3& b) { return step(b, *store); },
+      std::move(abandoned));
+}
+
+absl::StatusOr<std::shared_ptr<AttributeGates>> BlockHost::Gates(const std::string& name) const {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  return (*map)->gates;
 }
 
 absl::Status BlockHost::QueryActor(BlockActor& actor, const std::shared_ptr<Block3>& block,
@@ -310,6 +355,7 @@ absl::StatusOr<BlockHost::MapInfo> BlockHost::Info(const std::string& name) cons
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();
   MapInfo info;
+  info.number = (*map)->number;
   info.block_count = (*map)->block_count;
   info.routing = (*map)->routing;
   info.grid = (*map)->grid;

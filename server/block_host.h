@@ -18,10 +18,13 @@
 #include "absl/strings/string_view.h"
 #include "absl/synchronization/mutex.h"
 #include "core/algorithm/block_algorithm.h"
+#include "core/attributes/table.h"
 #include "core/geometry/grid_shape.h"
 #include "core/map/block.h"
+#include "core/names/initial_cells.h"
 #include "ndmap/v1/block_service.pb.h"
 #include "server/actor.h"
+#include "server/attribute_gates.h"
 #include "server/peer_streams.h"
 #include "server/worker_pool.h"
 
@@ -55,6 +58,8 @@ class BlockHost {
   // is not enough.
   absl::Status PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes);
   absl::Status CreateBlocks(const v1::CreateBlocksRequest& request);
+  // What names of a block's cells need. FAILED_PRECONDITION when the map has no grid.
+  absl::StatusOr<std::shared_ptr<const InitialCells>> Initial(const std::string& map, uint32_t block) const;
   // NOT_FOUND if it is not here, or is another one of that name (`number` other than 0).
   absl::Status DropMap(const std::string& map, uint64_t number = 0);
   // Names and numbers of the maps that are here.
@@ -81,8 +86,18 @@ class BlockHost {
   absl::Status QuerySliced(const std::string& map, uint32_t block,
                            std::function<absl::StatusOr<bool>(Block3&)> step,
                            std::function<bool()> abandoned);
+  // The same with the block's attributes.
+  absl::Status Query(const std::string& map, uint32_t block,
+                     std::function<absl::Status(Block3&, AttributeStore&)> query,
+                     BlockActor::Needs needs = BlockActor::Needs::kSound);
+  absl::Status QuerySliced(const std::string& map, uint32_t block,
+                           std::function<absl::StatusOr<bool>(Block3&, AttributeStore&)> step,
+                           std::function<bool()> abandoned);
+  absl::StatusOr<std::shared_ptr<AttributeGates>> Gates(const std::string& map) const;
 
   struct MapInfo {
+    // Of those that ever had the name.
+    uint64_t number = 0;
     uint32_t block_count = 0;
     Routing routing = Routing::kDirect;
     // The blocks here.
@@ -111,6 +126,8 @@ class BlockHost {
   absl::StatusOr<std::shared_ptr<HostedMap>> Find(absl::string_view map) const;
   absl::StatusOr<std::shared_ptr<HostedMap>> FindPhase(const v1::PhaseKey& key) const;
   absl::StatusOr<HostedBlock*> FindBlock(HostedMap& map, uint32_t block) const;
+  // Null: there is nothing that cells could be named by.
+  static std::shared_ptr<const InitialCells> InitialOf(const HostedMap& map, HostedBlock& block);
   void Abandon(HostedMap& map);
   // Ends everything that runs for the map and forgets it; returns when it is gone, whoever does it.
   void Drop(HostedMap& map);

@@ -19,6 +19,9 @@
 namespace ndmap::server {
 namespace {
 
+// That phase closes the gates of writes.
+constexpr char kAttributes[] = "attributes";
+
 absl::Status WithBlock(uint32_t block, const absl::Status& status) {
   const std::string name = absl::StrCat("block ", block);
   if (absl::StartsWith(status.message(), name)) return status;
@@ -60,6 +63,7 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
   if (!found.ok()) return found.status();
   const std::shared_ptr<HostedMap> map = *found;
   const PhaseId id = FromWire(request.key());
+  const bool attributes = request.phase().algorithm() == kAttributes;
   PhaseSetup setup{map->name, id, std::vector<Peer>(map->block_count)};
   std::vector<std::string> addresses(map->block_count);
   for (const v1::BlockPlacement& placement : request.placement()) {
@@ -75,8 +79,14 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
     if (map->dropped) return absl::NotFoundError(absl::StrCat("map \"", map->name, "\" was deleted"));
     map->in_phase = true;
     map->cancelled = false;
+    map->attributes_phase = attributes;
     map->phase = id;
     map->addresses = std::move(addresses);
+  }
+  if (!attributes) {
+    map->gates->EndPhase(0);
+  } else if (absl::Status status = map->gates->BeginPhase(); !status.ok()) {
+    return status;
   }
   std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
   if (absl::Status status = MakeAlgorithms(*map, request.phase(), algorithms); !status.ok()) return status;
@@ -121,6 +131,8 @@ absl::Status BlockHost::MakeAlgorithms(HostedMap& map, const v1::Phase& phase,
     status[i] = service::Guarded([&]() -> absl::Status {
       HostedBlock& hosted = *blocks[i];
       Environment environment{hosted.block->id(), map.block_count, map.routing, nullptr, hosted.index_cache};
+      environment.initial = InitialOf(map, hosted);
+      environment.attributes = hosted.attributes;
       if (map.surface != nullptr) {
         environment.surface = map.surface->surface;
         environment.parity_cache = map.surface->parity;
@@ -151,6 +163,12 @@ absl::StatusOr<Box3> BlockHost::Bounds(HostedBlock& hosted) {
 absl::Status BlockHost::RunPhase(const v1::PhaseKey& key) {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = FindPhase(key);
   if (!map.ok()) return map.status();
+  bool attributes;
+  {
+    absl::MutexLock lock(&(*map)->mutex);
+    attributes = (*map)->attributes_phase;
+  }
+  if (attributes) (*map)->gates->RunPhase();
   for (auto& [number, hosted] : (*map)->blocks) hosted->actor->Run(FromWire(key));
   return absl::OkStatus();
 }
@@ -215,11 +233,14 @@ absl::Status BlockHost::FinishPhase(const v1::PhaseKey& key, v1::FinishPhaseResp
                           });
   }
   left.Wait();
+  bool attributes;
   {
     absl::MutexLock lock(&map.mutex);
     map.in_phase = false;
+    attributes = map.attributes_phase;
   }
   absl::MutexLock lock(&mutex);
+  if (attributes) map.gates->EndPhase(result.ok() ? key.job() : 0);
   return result;
 }
 

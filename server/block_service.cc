@@ -72,6 +72,51 @@ grpc::Status BlockServiceImpl::AskBlock(grpc::ServerContext* context, const v1::
       *request, [context] { return context->IsCancelled(); }, *response));
 }
 
+grpc::Status BlockServiceImpl::ReadAttributes(grpc::ServerContext* context,
+                                              const v1::ReadAttributesRequest* request,
+                                              grpc::ServerWriter<v1::ReadAttributesResponse>* writer) {
+  const bool all = request->select().has_all();
+  ClientQuery query(gate_, context, all ? ClientQuery::Kind::kValues : ClientQuery::Kind::kQuestion);
+  return query.Run([&](const ClientQuery::Gone& gone) {
+    return attribute_reads_.Read(*request, Caller(context, gone, query.end()), query.Into(writer));
+  });
+}
+
+grpc::Status BlockServiceImpl::WriteAttribute(grpc::ServerContext* context,
+                                              grpc::ServerReader<v1::WriteAttributeRequest>* reader,
+                                              v1::WriteAttributeResponse* response) {
+  ClientQuery query(gate_, context, ClientQuery::Kind::kValues);
+  return query.Run([&](const ClientQuery::Gone& gone) {
+    return attribute_writes_.Write(query.From(reader), Caller(context, gone, query.end()), *response);
+  });
+}
+
+grpc::Status BlockServiceImpl::Aggregate(grpc::ServerContext* context, const v1::AggregateRequest* request,
+                                         v1::AggregateResponse* response) {
+  ClientQuery query(gate_, context);
+  return query.Run(*response, [&](const ClientQuery::Gone& gone) {
+    return attribute_aggregates_.Aggregate(*request, Caller(context, gone, query.end()), *response);
+  });
+}
+
+grpc::Status BlockServiceImpl::ReadBlocks(grpc::ServerContext* context, const v1::ReadBlocksRequest* request,
+                                          grpc::ServerWriter<v1::ReadBlocksResponse>* writer) {
+  return ToGrpc(attribute_rows_.Read(
+      *request, [context] { return context->IsCancelled(); },
+      [writer](v1::ReadBlocksResponse& part) { return writer->Write(part); }));
+}
+
+grpc::Status BlockServiceImpl::ApplyAttribute(grpc::ServerContext*, const v1::ApplyAttributeRequest* request,
+                                              v1::ApplyAttributeResponse* response) {
+  return ToGrpc(attribute_rows_.Apply(*request, *response));
+}
+
+grpc::Status BlockServiceImpl::AggregateBlocks(grpc::ServerContext* context,
+                                               const v1::AggregateBlocksRequest* request,
+                                               v1::AggregateBlocksResponse* response) {
+  return ToGrpc(attribute_aggregates_.AggregateBlocks(*request, Caller(context), *response));
+}
+
 grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext* context,
                                              const v1::GetBlockStatsRequest* request,
                                              v1::GetBlockStatsResponse* response) {
@@ -94,7 +139,7 @@ absl::Status BlockServiceImpl::BlockStats(const v1::GetBlockStatsRequest& reques
     v1::BlockStats* stats = response.add_blocks();
     absl::Status status = host_->Query(
         request.map(), b,
-        [&](Block3& block) {
+        [&](Block3& block, AttributeStore& attributes) {
           stats->set_block(b);
           stats->set_darts(block.map().number_of_darts());
           stats->set_vertices(block.map().number_of_attributes<0>());
@@ -102,6 +147,7 @@ absl::Status BlockServiceImpl::BlockStats(const v1::GetBlockStatsRequest& reques
           stats->set_critical_darts(block.critical_count());
           stats->set_accounted_bytes(block.AccountedBytes());
           stats->set_version(block.version());
+          stats->set_attribute_bytes(attributes.bytes());
           return absl::OkStatus();
         },
         BlockActor::Needs::kAny);

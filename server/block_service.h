@@ -6,6 +6,10 @@
 #include <string>
 
 #include "ndmap/v1/block_service.grpc.pb.h"
+#include "server/attribute_aggregates.h"
+#include "server/attribute_reads.h"
+#include "server/attribute_rows.h"
+#include "server/attribute_writes.h"
 #include "server/block_host.h"
 #include "server/client_query.h"
 #include "server/exchange.h"
@@ -37,6 +41,10 @@ class BlockServiceImpl final
         walker_(host, &peers_),
         explorer_(host, &peers_, options_.max_query_darts),
         walks_(host, &explorer_.answers(), &peers_, options_.max_query_darts),
+        attribute_rows_(host),
+        attribute_reads_(host, &peers_, &explorer_, &attribute_rows_),
+        attribute_writes_(host, &peers_, &explorer_, &attribute_rows_),
+        attribute_aggregates_(host, &peers_, &attribute_rows_),
         exchange_(host) {}
 
   // Ends what would keep a stopping server waiting.
@@ -53,6 +61,17 @@ class BlockServiceImpl final
   grpc::Status FetchCells(grpc::ServerContext*, const v1::FetchCellsRequest*,
                           grpc::ServerWriter<v1::FetchCellsResponse>*) override;
   grpc::Status AskBlock(grpc::ServerContext*, const v1::AskBlockRequest*, v1::AskBlockResponse*) override;
+  grpc::Status ReadAttributes(grpc::ServerContext*, const v1::ReadAttributesRequest*,
+                              grpc::ServerWriter<v1::ReadAttributesResponse>*) override;
+  grpc::Status WriteAttribute(grpc::ServerContext*, grpc::ServerReader<v1::WriteAttributeRequest>*,
+                              v1::WriteAttributeResponse*) override;
+  grpc::Status Aggregate(grpc::ServerContext*, const v1::AggregateRequest*, v1::AggregateResponse*) override;
+  grpc::Status ReadBlocks(grpc::ServerContext*, const v1::ReadBlocksRequest*,
+                          grpc::ServerWriter<v1::ReadBlocksResponse>*) override;
+  grpc::Status ApplyAttribute(grpc::ServerContext*, const v1::ApplyAttributeRequest*,
+                              v1::ApplyAttributeResponse*) override;
+  grpc::Status AggregateBlocks(grpc::ServerContext*, const v1::AggregateBlocksRequest*,
+                               v1::AggregateBlocksResponse*) override;
   grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
                              v1::GetBlockStatsResponse*) override;
   grpc::Status ExportPiece(grpc::ServerContext*, const v1::ExportPieceRequest*,
@@ -83,6 +102,10 @@ class BlockServiceImpl final
   Walker walker_;
   Explorer explorer_;
   Walks walks_;
+  AttributeRows attribute_rows_;
+  AttributeReads attribute_reads_;
+  AttributeWrites attribute_writes_;
+  AttributeAggregates attribute_aggregates_;
   ExchangeStreams exchange_;
 };
 

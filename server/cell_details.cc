@@ -99,19 +99,6 @@ absl::StatusOr<std::vector<DartFacts>> FactsOf(RemoteBlocks& blocks, DartSet& se
   return facts;
 }
 
-const char* StateName(CellState state) {
-  switch (state) {
-    case CellState::kOutside:
-      return "outside";
-    case CellState::kInside:
-      return "inside";
-    case CellState::kCut:
-      return "cut";
-    default:
-      return "unknown";
-  }
-}
-
 void AddVertex(const DartFacts& at, v1::CellDetails& cell) {
   ToWire(at.ids[0], *cell.add_vertices());
   v1::Point& p = *cell.add_points();
@@ -154,6 +141,19 @@ void AddVertices(const InitialCells& initial, const CellId& id, const DartFacts&
 }
 
 }  // namespace
+
+const char* StateName(CellState state) {
+  switch (state) {
+    case CellState::kOutside:
+      return "outside";
+    case CellState::kInside:
+      return "inside";
+    case CellState::kCut:
+      return "cut";
+    default:
+      return "unknown";
+  }
+}
 
 absl::StatusOr<CellDarts> CellsOf(RemoteBlocks& blocks, DartSet& set, unsigned dimension) {
   Naming naming = Questions(set, dimension, false);

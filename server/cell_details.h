@@ -6,11 +6,15 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/map/block.h"
 #include "core/map/ids.h"
 #include "core/navigate/dart_set.h"
 #include "server/remote_blocks.h"
 
 namespace ndmap::server {
+
+// The word for a hexahedron's state.
+const char* StateName(CellState state);
 
 // The cells of a dimension that have a dart in the set: by id, one dart of each.
 using CellDarts = std::map<CellId, std::pair<BlockId, DartIndex>>;

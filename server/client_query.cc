@@ -11,7 +11,7 @@ namespace {
 constexpr absl::Duration kGrace = absl::Seconds(1);
 
 absl::Duration TimeOf(const QueryLimits& limits, ClientQuery::Kind kind) {
-  return kind == ClientQuery::Kind::kExport ? limits.max_export_time : limits.max_query_time;
+  return kind == ClientQuery::Kind::kQuestion ? limits.max_query_time : limits.max_export_time;
 }
 
 // One more, if that is not too many.
@@ -50,7 +50,7 @@ void ClientQuery::SetAlarm() {
 
 bool ClientQuery::Fits(uint64_t bytes) {
   bytes_ += bytes;
-  large_ = kind_ != Kind::kExport && bytes_ > gate_.limits_.max_response_bytes;
+  large_ = kind_ == Kind::kQuestion && bytes_ > gate_.limits_.max_response_bytes;
   return !large_;
 }
 
@@ -60,11 +60,12 @@ absl::Status ClientQuery::Explain(const absl::Status& status) const {
                                                      " bytes (--max-response-bytes): ask for less"));
   }
   if (late_ && !status.ok()) {
-    const bool is_export = kind_ == Kind::kExport;
-    return absl::ResourceExhaustedError(
-        absl::StrCat(is_export ? "the export" : "the question", " took longer than ",
-                     absl::FormatDuration(TimeOf(gate_.limits_, kind_)),
-                     is_export ? " (--max-export-seconds)" : " (--max-query-seconds): ask for less"));
+    const char* const what = kind_ == Kind::kQuestion ? "the question"
+                             : kind_ == Kind::kExport ? "the export"
+                                                      : "reading or writing values";
+    return absl::ResourceExhaustedError(absl::StrCat(
+        what, " took longer than ", absl::FormatDuration(TimeOf(gate_.limits_, kind_)),
+        kind_ == Kind::kQuestion ? " (--max-query-seconds): ask for less" : " (--max-export-seconds)"));
   }
   return status;
 }

@@ -44,7 +44,8 @@ class QueryGate {
 // One question on the thread that answers it, from its arrival to its end.
 class ClientQuery {
  public:
-  enum class Kind { kQuestion, kExport };
+  // kValues: all values of a map, or a stream of values to be written; as an export, it takes its time.
+  enum class Kind { kQuestion, kExport, kValues };
 
   ClientQuery(QueryGate& gate, grpc::ServerContext* context, Kind kind = Kind::kQuestion);
   ~ClientQuery();
@@ -60,6 +61,15 @@ class ClientQuery {
   grpc::Status Run(google::protobuf::Message& response,
                    absl::FunctionRef<absl::Status(const Gone& gone)> answer);
 
+  // When time is up.
+  absl::Time end() const { return end_; }
+
+  // Reads parts of the question; one that does not come is given up one second after time is up.
+  template <class Part>
+  std::function<bool(Part&)> From(grpc::ServerReader<Part>* reader) {
+    SetAlarm();
+    return [reader](Part& part) { return reader->Read(&part); };
+  }
   // Writes parts of the answer; false when nobody wants more. A caller that does not read is given up one
   // second after time is up.
   template <class Part>

@@ -10,7 +10,10 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "core/attributes/table.h"
 #include "core/geometry/surface_caches.h"
+#include "core/names/initial_cells.h"
+#include "server/attribute_gates.h"
 #include "server/block_host.h"
 
 namespace ndmap::server {
@@ -29,6 +32,8 @@ struct BlockHost::HostedBlock {
   std::shared_ptr<Block3> block;
   // The block's part of the surface, indexed, from one phase to the next.
   std::shared_ptr<IndexCache> index_cache = std::make_shared<IndexCache>();
+  // As the block: only its turns touch it.
+  std::shared_ptr<AttributeStore> attributes = std::make_shared<AttributeStore>();
   std::shared_ptr<BlockActor> actor;
 };
 
@@ -41,6 +46,8 @@ struct BlockHost::HostedMap {
   // Null when the map was made without.
   std::shared_ptr<const HostedSurface> surface;
   std::optional<GridShape> grid;
+  std::shared_ptr<const GridCells> grid_cells;
+  std::shared_ptr<AttributeGates> gates = std::make_shared<AttributeGates>();
   // Does not change after the map was made.
   std::map<uint32_t, std::shared_ptr<HostedBlock>> blocks;
 
@@ -51,6 +58,8 @@ struct BlockHost::HostedMap {
   bool in_phase ABSL_GUARDED_BY(mutex) = false;
   // The phase was cancelled; a block whose start comes later is told then.
   bool cancelled ABSL_GUARDED_BY(mutex) = false;
+  // The phase brings the attributes up to date.
+  bool attributes_phase ABSL_GUARDED_BY(mutex) = false;
   PhaseId phase ABSL_GUARDED_BY(mutex);
   std::vector<std::string> addresses ABSL_GUARDED_BY(mutex);
   // Raised whenever a block comes to rest; wakes PollPhase.

@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
   double export_seconds = absl::ToDoubleSeconds(limits.max_export_time);
-  app.add_option("--max-export-seconds", export_seconds, "longest time that the export of a piece may take")
+  app.add_option("--max-export-seconds", export_seconds,
+                 "longest time that the export of a piece may take, or reading or writing all values")
       ->envname("NDMAP_MAX_EXPORT_SECONDS")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();

@@ -58,6 +58,10 @@ class Column {
   }
   const std::string& Text(uint64_t code) const { return texts_[std::min<size_t>(code, texts_.size() - 1)]; }
 
+  // How many there are, the empty one included; whether a text is one of them.
+  size_t categories() const { return texts_.size(); }
+  bool Knows(absl::string_view text) const { return codes_.contains(text); }
+
   size_t bytes() const { return words_.capacity() * sizeof(uint64_t); }
 
  private:

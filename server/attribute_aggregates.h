@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Counts, sums, extremes, histograms and integrals of values, exact whatever the blocks.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/attributes/aggregate.h"
+#include "server/attribute_rows.h"
+#include "server/peer_calls.h"
+
+namespace ndmap::server {
+
+class AttributeAggregates {
+ public:
+  AttributeAggregates(BlockHost* host, PeerStubs* peers, const AttributeRows* rows)
+      : host_(host), peers_(peers), rows_(rows) {}
+
+  // For a client: of all blocks. Begins again some times when it is ABORTED. Blocking.
+  absl::Status Aggregate(const v1::AggregateRequest& question, const Caller& caller,
+                         v1::AggregateResponse& response) const;
+  // For another server: of the blocks here.
+  absl::Status AggregateBlocks(const v1::AggregateBlocksRequest& request, const Caller& caller,
+                               v1::AggregateBlocksResponse& response) const;
+
+ private:
+  struct Part {
+    Aggregates aggregates;
+    // Of the name, when there is one.
+    std::optional<AskedColumn> column;
+    uint64_t update = 0;
+  };
+  absl::StatusOr<Part> Here(const v1::AggregateRequest& question, const Caller& caller) const;
+  absl::Status Once(const v1::AggregateRequest& question, const Caller& caller,
+                    v1::AggregateResponse& response) const;
+
+  BlockHost* const host_;
+  PeerStubs* const peers_;
+  const AttributeRows* const rows_;
+};
+
+}  // namespace ndmap::server
