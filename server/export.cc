@@ -75,7 +75,7 @@ absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::
       absl::btree_map<std::string, std::string>(request.options().begin(), request.options().end()));
   absl::StatusOr<std::unique_ptr<PieceBuilder>> builder = source(options, *info->grid);
   if (!builder.ok()) return builder.status();
-  auto step = [&](Block3& block) { return (*builder)->Step(block); };
+  auto step = [&](Block3& block, AttributeStore& attributes) { return (*builder)->Step(block, attributes); };
   if (absl::Status s = host.QuerySliced(request.map(), request.block(), step, gone); !s.ok()) return s;
 
   // The file appears under its name only when it is complete.

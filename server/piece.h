@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/algorithm/parameters.h"
+#include "core/attributes/table.h"
 #include "core/geometry/grid_shape.h"
 #include "core/map/block.h"
 
@@ -24,8 +25,9 @@ using PieceSink = std::function<bool(absl::string_view bytes)>;
 class PieceBuilder {
  public:
   virtual ~PieceBuilder() = default;
-  // True: all that is needed of the block has been read. ABORTED when the block was changed in between.
-  virtual absl::StatusOr<bool> Step(Block3& block) = 0;
+  // True: all that is needed of the block has been read. ABORTED when the block was changed in between, or
+  // its attributes are being brought up to date.
+  virtual absl::StatusOr<bool> Step(Block3& block, const AttributeStore& attributes) = 0;
   virtual absl::Status Write(const PieceSink& sink) = 0;
   // What is in the piece, by name: "points", "cells".
   virtual absl::btree_map<std::string, int64_t> counts() const = 0;
@@ -35,7 +37,8 @@ class PieceBuilder {
 using PieceSource = std::function<absl::StatusOr<std::unique_ptr<PieceBuilder>>(const Parameters& options,
                                                                                 const GridShape& grid)>;
 
-// VTU pieces (core/io). Option: cells, "hexahedron" (the default) or "polyhedron".
+// VTU pieces (core/io). Options: cells, "hexahedron" (the default) or "polyhedron"; attributes, "all" (the
+// default) or "none".
 absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid);
 
 }  // namespace ndmap::server

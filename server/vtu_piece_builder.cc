@@ -14,9 +14,12 @@ constexpr size_t kHexahedraAStep = 200;
 
 class VtuPieceBuilder final : public PieceBuilder {
  public:
-  VtuPieceBuilder(const GridShape& grid, VtuCells cells) : piece_(grid, cells) {}
+  VtuPieceBuilder(const GridShape& grid, VtuCells cells, bool fields)
+      : piece_(grid, cells), fields_(fields) {}
 
-  absl::StatusOr<bool> Step(Block3& block) override { return piece_.Step(block, kHexahedraAStep); }
+  absl::StatusOr<bool> Step(Block3& block, const AttributeStore& attributes) override {
+    return piece_.Step(block, kHexahedraAStep, fields_ ? &attributes : nullptr);
+  }
   absl::Status Write(const PieceSink& sink) override {
     return WriteVtu(piece_.piece(), [&sink](absl::string_view bytes) {
       return sink(bytes) ? absl::OkStatus() : absl::CancelledError("nobody wants more of the piece");
@@ -29,14 +32,16 @@ class VtuPieceBuilder final : public PieceBuilder {
 
  private:
   BlockPiece piece_;
+  const bool fields_;
 };
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid) {
   for (const auto& [name, value] : options.values()) {
-    if (name != "cells") {
-      return absl::InvalidArgumentError(absl::StrCat("a piece has no option \"", name, "\", only \"cells\""));
+    if (name != "cells" && name != "attributes") {
+      return absl::InvalidArgumentError(
+          absl::StrCat("a piece has no option \"", name, "\", only \"cells\" and \"attributes\""));
     }
   }
   const std::string cells = options.TextOr("cells", "hexahedron");
@@ -44,8 +49,12 @@ absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& opt
     return absl::InvalidArgumentError(
         absl::StrCat("cells of kind \"", cells, "\"; expected hexahedron or polyhedron"));
   }
+  const std::string attributes = options.TextOr("attributes", "all");
+  if (attributes != "all" && attributes != "none") {
+    return absl::InvalidArgumentError(absl::StrCat("attributes \"", attributes, "\"; expected all or none"));
+  }
   return std::make_unique<VtuPieceBuilder>(
-      grid, cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra);
+      grid, cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra, attributes == "all");
 }
 
 }  // namespace ndmap::server

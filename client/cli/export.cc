@@ -24,6 +24,8 @@ struct Fetch {
   uint32_t next ABSL_GUARDED_BY(mutex) = 0;
   uint32_t ready ABSL_GUARDED_BY(mutex) = 0;
   absl::Status status ABSL_GUARDED_BY(mutex);
+  // Where it is until it is put in place.
+  std::string first_piece ABSL_GUARDED_BY(mutex);
   Exported exported ABSL_GUARDED_BY(mutex);
 };
 
@@ -44,10 +46,10 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
         if (!fetch.status.ok() || fetch.next == blocks) return;
         block = fetch.next++;
       }
-      const std::string path = absl::StrCat(folder, "/", names[block]);
-      absl::StatusOr<v1::ExportSummary> summary =
-          map.ExportPieceToFile(block, {{"cells", cells}}, made.Beside(path));
+      const std::string path = made.Beside(absl::StrCat(folder, "/", names[block]));
+      absl::StatusOr<v1::ExportSummary> summary = map.ExportPieceToFile(block, {{"cells", cells}}, path);
       absl::MutexLock lock(&fetch.mutex);
+      if (block == 0) fetch.first_piece = path;
       if (!summary.ok()) {
         fetch.status.Update(summary.status());
         return;
@@ -69,7 +71,7 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
   const std::string index = absl::StrCat(folder, "/mesh.pvtu");
   if (status.ok()) {
     // The index last: until then the one that was there leads to the pieces that were.
-    status = WritePvtuFile(names, made.Beside(index));
+    status = WritePvtuFileLike(fetch.first_piece, names, made.Beside(index));
     if (status.ok()) status = made.PutInPlace();
   }
   if (!status.ok()) {
