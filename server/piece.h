@@ -38,7 +38,7 @@ using PieceSource = std::function<absl::StatusOr<std::unique_ptr<PieceBuilder>>(
                                                                                 const GridShape& grid)>;
 
 // VTU pieces (core/io). Options: cells, "hexahedron" (the default) or "polyhedron"; attributes, "all" (the
-// default) or "none".
+// default), "none", or names separated by commas.
 absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid);
 
 }  // namespace ndmap::server

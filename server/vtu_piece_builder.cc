@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <utility>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "core/io/block_piece.h"
 #include "core/io/vtu_writer.h"
 #include "server/piece.h"
@@ -12,13 +14,33 @@ namespace {
 // About a millisecond's work.
 constexpr size_t kHexahedraAStep = 200;
 
+// NOT_FOUND for a name of no attribute, INVALID_ARGUMENT for one of edges or faces.
+absl::Status CheckAttribute(const std::string& name, const AttributeStore& attributes) {
+  if (attributes.table(0).Find(name) != nullptr || attributes.table(3).Find(name) != nullptr) {
+    return absl::OkStatus();
+  }
+  const std::string shown = absl::CHexEscape(name.substr(0, 128));
+  if (attributes.table(1).Find(name) != nullptr || attributes.table(2).Find(name) != nullptr) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "attribute \"", shown, "\" is of edges or faces, pieces have values of vertices and hexahedra"));
+  }
+  return absl::NotFoundError(absl::StrCat("the map has no attribute \"", shown, "\""));
+}
+
 class VtuPieceBuilder final : public PieceBuilder {
  public:
-  VtuPieceBuilder(const GridShape& grid, VtuCells cells, bool fields)
-      : piece_(grid, cells), fields_(fields) {}
+  VtuPieceBuilder(const GridShape& grid, VtuCells cells, const ChosenAttributes& attributes)
+      : piece_(grid, cells, attributes), attributes_(attributes) {}
 
   absl::StatusOr<bool> Step(Block3& block, const AttributeStore& attributes) override {
-    return piece_.Step(block, kHexahedraAStep, fields_ ? &attributes : nullptr);
+    const bool none = attributes_ && attributes_->empty();
+    if (!begun_ && attributes_) {
+      for (const std::string& name : *attributes_) {
+        if (absl::Status s = CheckAttribute(name, attributes); !s.ok()) return s;
+      }
+    }
+    begun_ = true;
+    return piece_.Step(block, kHexahedraAStep, none ? nullptr : &attributes);
   }
   absl::Status Write(const PieceSink& sink) override {
     return WriteVtu(piece_.piece(), [&sink](absl::string_view bytes) {
@@ -32,7 +54,8 @@ class VtuPieceBuilder final : public PieceBuilder {
 
  private:
   BlockPiece piece_;
-  const bool fields_;
+  const ChosenAttributes attributes_;
+  bool begun_ = false;
 };
 
 }  // namespace
@@ -50,11 +73,15 @@ absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& opt
         absl::StrCat("cells of kind \"", cells, "\"; expected hexahedron or polyhedron"));
   }
   const std::string attributes = options.TextOr("attributes", "all");
-  if (attributes != "all" && attributes != "none") {
-    return absl::InvalidArgumentError(absl::StrCat("attributes \"", attributes, "\"; expected all or none"));
+  ChosenAttributes chosen;
+  if (attributes != "all") chosen.emplace();
+  if (attributes != "all" && attributes != "none") *chosen = absl::StrSplit(attributes, ',');
+  if (chosen && chosen->size() > AttributeDefinition::kMaxAttributes) {
+    return absl::InvalidArgumentError(absl::StrCat(chosen->size(), " names of attributes, expected at most ",
+                                                   AttributeDefinition::kMaxAttributes));
   }
   return std::make_unique<VtuPieceBuilder>(
-      grid, cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra, attributes == "all");
+      grid, cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra, chosen);
 }
 
 }  // namespace ndmap::server

@@ -75,7 +75,7 @@ void AddCancel(CLI::App& app, Action& action) {
 }
 
 struct ExportOptions {
-  std::string map, output, cells = "hexahedron", png;
+  std::string map, output, cells = "hexahedron", png, attributes = "all";
 };
 
 absl::StatusOr<int> Export(Context& context, const ExportOptions& options) {
@@ -83,6 +83,9 @@ absl::StatusOr<int> Export(Context& context, const ExportOptions& options) {
   if (!client.ok()) return client.status();
   absl::StatusOr<MapHandle> map = client->OpenMap(options.map);
   if (!map.ok()) return map.status();
+  absl::StatusOr<std::vector<std::string>> notes = CheckExportedAttributes(map->info(), options.attributes);
+  if (!notes.ok()) return notes.status();
+  for (const std::string& note : *notes) context.progress.Note(note);
   MadeFiles made;
   ChildProcesses picture;
   absl::Status status = made.MakeFolder(options.output);
@@ -94,7 +97,8 @@ absl::StatusOr<int> Export(Context& context, const ExportOptions& options) {
         return true;
       },
       [&] { picture.KillAll(); });
-  absl::StatusOr<Exported> exported = ExportMap(*map, options.cells, options.output, made, context.progress);
+  absl::StatusOr<Exported> exported =
+      ExportMap(*map, options.cells, options.attributes, options.output, made, context.progress);
   if (exported.ok() && !options.png.empty()) {
     made.Expect(options.png);
     status = DrawPicture(exported->index, options.png, picture, context.progress);
@@ -120,6 +124,10 @@ void AddExport(CLI::App& app, Action& action) {
   command->add_option("MAP", options->map, "name of the map")->required();
   command->add_option("-o,--output", options->output, "folder for the files")->required();
   AddCellsOption(command, &options->cells);
+  command
+      ->add_option("--attributes", options->attributes,
+                   "attributes of vertices and hexahedra to write: all, none, or names separated by commas")
+      ->capture_default_str();
   command->add_option("--png", options->png, "draw the mesh into this file");
   command->callback(
       [&action, options] { action = [options](Context& context) { return Export(context, *options); }; });

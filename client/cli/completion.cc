@@ -25,7 +25,12 @@ bool TakesValue(const CLI::Option& option) { return option.get_items_expected_ma
 
 // What may be given, of a program below a command: that has a --help of its own.
 std::vector<const CLI::Option*> Given(const CLI::App& app, bool below) {
-  return app.get_options([&](const CLI::Option* option) { return !below || option != app.get_help_ptr(); });
+  std::vector<const CLI::Option*> given =
+      app.get_options([&](const CLI::Option* option) { return !below || option != app.get_help_ptr(); });
+  for (const CLI::App* group : app.get_subcommands([](const CLI::App* a) { return a->get_name().empty(); })) {
+    for (const CLI::Option* option : group->get_options()) given.push_back(option);
+  }
+  return given;
 }
 
 std::vector<std::string> OptionsOf(const CLI::App& app, bool below = false) {
@@ -36,7 +41,10 @@ std::vector<std::string> OptionsOf(const CLI::App& app, bool below = false) {
   return all;
 }
 
-std::vector<const CLI::App*> CommandsOf(const CLI::App& app) { return app.get_subcommands(nullptr); }
+// Groups of options are commands without a name.
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
+}
 
 // Options before the command whose value is no command: "--coordinator|--other".
 std::string ValueOptions(const CLI::App& app) {
@@ -70,38 +78,70 @@ std::string ZshOptions(const CLI::App& app, const std::string& indent, bool belo
 
 std::string BashCompletion(const CLI::App& app) {
   const std::string& program = app.get_name();
-  std::vector<std::string> names;
+  std::vector<std::string> names, parents;
   std::string cases;
   const std::string everywhere = absl::StrJoin(OptionsOf(app, true), " ");
+  const auto add_case = [&](const std::string& name, const CLI::App& command, const std::string& more) {
+    absl::StrAppend(&cases, "    '", name, "') words='", more, absl::StrJoin(OptionsOf(command), " "), " ",
+                    everywhere, "' ;;\n");
+  };
   for (const CLI::App* command : CommandsOf(app)) {
     names.push_back(command->get_name());
-    absl::StrAppend(&cases, "    ", command->get_name(), ") words='", absl::StrJoin(OptionsOf(*command), " "),
-                    " ", everywhere, "' ;;\n");
+    std::string below;
+    for (const CLI::App* sub : CommandsOf(*command)) {
+      absl::StrAppend(&below, sub->get_name(), " ");
+      add_case(absl::StrCat(command->get_name(), " ", sub->get_name()), *sub, "");
+    }
+    if (!below.empty()) parents.push_back(command->get_name());
+    add_case(command->get_name(), *command, below);
   }
   return absl::StrCat(
       "# bash completion for ", program, ": eval \"$(", program, " completion bash)\"\n", "_", program,
-      "() {\n", "  local word=${COMP_WORDS[COMP_CWORD]} command= words= i\n",
+      "() {\n", "  local word=${COMP_WORDS[COMP_CWORD]} command= words= open=yes i\n",
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n", "    case ${COMP_WORDS[i]} in\n      ", ValueOptions(app),
-      ") ((++i)) ;;\n      -*) ;;\n      *) command=${COMP_WORDS[i]}; break ;;\n    esac\n  done\n",
+      ") ((++i)) ;;\n      -*) ;;\n      *) command=\"${command:+$command }${COMP_WORDS[i]}\"\n",
+      "        case $command in\n          ", absl::StrJoin(parents, "|"),
+      ") ;;\n          *) open=; break ;;\n        esac ;;\n    esac\n  done\n",
       "  case $command in\n    '') words='", absl::StrJoin(names, " "), " ",
       absl::StrJoin(OptionsOf(app), " "), "' ;;\n", cases,
-      "  esac\n  COMPREPLY=()\n  if [[ -z $command || $word == -* ]]; then\n",
+      "  esac\n  COMPREPLY=()\n  if [[ -n $open || $word == -* ]]; then\n",
       "    COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n  fi\n}\n", "complete -o default -F _", program,
       " ", program, "\n");
 }
 
 std::string ZshCompletion(const CLI::App& app) {
   const std::string& program = app.get_name();
-  std::string names, cases;
+  const auto described = [](const CLI::App& parent) {
+    std::string names;
+    for (const CLI::App* command : CommandsOf(parent)) {
+      absl::StrAppend(&names, "    '", command->get_name(), ":", ZshText(command->get_description()), "'\n");
+    }
+    return names;
+  };
+  const auto arguments = [&](const CLI::App& command) {
+    return absl::StrCat("      _arguments \\\n", ZshOptions(command, "        "),
+                        ZshOptions(app, "        ", true), "        '*:argument:_files'\n");
+  };
+  std::string cases;
   for (const CLI::App* command : CommandsOf(app)) {
-    absl::StrAppend(&names, "    '", command->get_name(), ":", ZshText(command->get_description()), "'\n");
-    absl::StrAppend(&cases, "    ", command->get_name(), ")\n      _arguments \\\n",
-                    ZshOptions(*command, "        "), ZshOptions(app, "        ", true),
-                    "        '*:argument:_files'\n      ;;\n");
+    absl::StrAppend(&cases, "    ", command->get_name(), ")\n");
+    if (CommandsOf(*command).empty()) {
+      absl::StrAppend(&cases, arguments(*command), "      ;;\n");
+      continue;
+    }
+    absl::StrAppend(
+        &cases, "      commands=(\n", described(*command), "      )\n      _arguments -C \\\n",
+        ZshOptions(*command, "        "), ZshOptions(app, "        ", true),
+        "        '1:command:->command' \\\n        '*::argument:->argument'\n",
+        "      if [[ $state == command ]]; then\n        _describe command commands\n        return\n",
+        "      fi\n      case $line[1] in\n");
+    for (const CLI::App* sub : CommandsOf(*command))
+      absl::StrAppend(&cases, "      ", sub->get_name(), ")\n", arguments(*sub), "      ;;\n");
+    absl::StrAppend(&cases, "      esac\n      ;;\n");
   }
   return absl::StrCat(
       "#compdef ", program, "\n# zsh completion for ", program, ": eval \"$(", program,
-      " completion zsh)\"\n", "_", program, "() {\n  local -a commands\n  commands=(\n", names,
+      " completion zsh)\"\n", "_", program, "() {\n  local -a commands\n  commands=(\n", described(app),
       "  )\n  local curcontext=$curcontext state line\n  _arguments -C \\\n", ZshOptions(app, "    "),
       "    '1:command:->command' \\\n    '*::argument:->argument'\n",
       "  if [[ $state == command ]]; then\n    _describe command commands\n    return\n  fi\n",

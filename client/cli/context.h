@@ -44,6 +44,8 @@ void AddMapCommands(CLI::App& app, Action& action);
 void AddJobCommands(CLI::App& app, Action& action);
 void AddBetaCommand(CLI::App& app, Action& action);
 void AddCellCommands(CLI::App& app, Action& action);
+void AddAttributeCommands(CLI::App& app, Action& action);
+void AddAggregateCommand(CLI::App& app, Action& action);
 void AddWalkCommand(CLI::App& app, Action& action);
 void AddInspectCommand(CLI::App& app, Action& action);
 void AddCompletionCommand(CLI::App& app, Action& action);

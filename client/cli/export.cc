@@ -8,7 +8,10 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "absl/synchronization/mutex.h"
+#include "client/cli/attribute_text.h"
+#include "client/cli/cell_arguments.h"
 #include "client/cli/text.h"
 #include "core/io/vtu_writer.h"
 
@@ -31,8 +34,35 @@ struct Fetch {
 
 }  // namespace
 
-absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cells, const std::string& folder,
-                                   MadeFiles& made, Progress& progress) {
+absl::StatusOr<std::vector<std::string>> CheckExportedAttributes(const v1::Map& map,
+                                                                 const std::string& wanted) {
+  const std::vector<v1::Attribute> there(map.attributes().begin(), map.attributes().end());
+  const auto obstacle = [](const v1::Attribute& attribute) {
+    return attribute.dimension() == 0 || attribute.dimension() == 3
+               ? ""
+               : absl::StrCat(attribute.name(), " is of ", CellWord(attribute.dimension(), true),
+                              ", VTK files have values of vertices and hexahedra");
+  };
+  std::vector<std::string> notes;
+  if (wanted == "all") {
+    for (const v1::Attribute& attribute : there) {
+      if (const std::string what = obstacle(attribute); !what.empty())
+        notes.push_back(absl::StrCat("note: left out: ", what));
+    }
+  } else if (wanted != "none") {
+    for (const std::string& name : std::vector<std::string>(absl::StrSplit(wanted, ','))) {
+      absl::StatusOr<v1::Attribute> attribute = FindAttribute(there, map.map(), name);
+      if (!attribute.ok()) return attribute.status();
+      if (const std::string what = obstacle(*attribute); !what.empty())
+        return absl::InvalidArgumentError(what);
+    }
+  }
+  return notes;
+}
+
+absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cells,
+                                   const std::string& attributes, const std::string& folder, MadeFiles& made,
+                                   Progress& progress) {
   progress.Begin("export");
   const uint32_t blocks = map.info().block_count();
   std::vector<std::string> names;
@@ -47,7 +77,8 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
         block = fetch.next++;
       }
       const std::string path = made.Beside(absl::StrCat(folder, "/", names[block]));
-      absl::StatusOr<v1::ExportSummary> summary = map.ExportPieceToFile(block, {{"cells", cells}}, path);
+      absl::StatusOr<v1::ExportSummary> summary =
+          map.ExportPieceToFile(block, {{"cells", cells}, {"attributes", attributes}}, path);
       absl::MutexLock lock(&fetch.mutex);
       if (block == 0) fetch.first_piece = path;
       if (!summary.ok()) {

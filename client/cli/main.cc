@@ -18,10 +18,10 @@ using namespace ndmap::cli;
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
 
-// The command that was named, for errors: "ndmap run".
+// The command that was named, for errors: "ndmap run", "ndmap attr read".
 std::string NameOf(const CLI::App& app) {
   const auto commands = app.get_subcommands();
-  return commands.empty() ? app.get_name() : absl::StrCat(app.get_name(), " ", commands[0]->get_name());
+  return commands.empty() ? app.get_name() : absl::StrCat(app.get_name(), " ", NameOf(*commands[0]));
 }
 
 int Fail(const std::string& who, absl::string_view what, int code) {
@@ -61,6 +61,8 @@ int Main(int argc, char** argv) {
   AddJobCommands(app, action);
   AddBetaCommand(app, action);
   AddCellCommands(app, action);
+  AddAttributeCommands(app, action);
+  AddAggregateCommand(app, action);
   AddWalkCommand(app, action);
   AddInspectCommand(app, action);
   AddSampleCommand(app, action);

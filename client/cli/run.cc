@@ -217,7 +217,8 @@ absl::Status Runner::Refine() {
 
 absl::Status Runner::Export() {
   if (folder_.empty()) return absl::OkStatus();
-  absl::StatusOr<Exported> exported = ExportMap(*map_, options_.cells, folder_, made_, context_.progress);
+  absl::StatusOr<Exported> exported =
+      ExportMap(*map_, options_.cells, "none", folder_, made_, context_.progress);
   if (!exported.ok()) return exported.status();
   report_.output_bytes = exported->bytes;
   if (!options_.output.empty()) report_.output = exported->index;

@@ -5,7 +5,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/hexahedron.h"
-#include "core/names/name_of.h"
 
 namespace ndmap {
 namespace {
@@ -31,8 +30,8 @@ bool HasCorners(Block3::Lcc& map, Block3::Dart d) {
 
 }  // namespace
 
-BlockPiece::BlockPiece(const GridShape& grid, VtuCells cells)
-    : grid_(grid), initial_(grid.cells), cells_(cells), finest_(FinestNumberedLevel(grid)) {}
+BlockPiece::BlockPiece(const GridShape& grid, VtuCells cells, const ChosenAttributes& attributes)
+    : numbers_(grid), cells_(cells), on_points_(0, attributes), on_cells_(3, attributes) {}
 
 absl::StatusOr<bool> BlockPiece::Step(Block3& block, size_t budget, const AttributeStore* attributes) {
   if (!begun_) {
@@ -68,29 +67,22 @@ absl::Status BlockPiece::AddCell(Block3& block, Cell cell) {
     return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
   }
   const int level = info.id.level();
-  if (level > finest_) {
+  if (level > numbers_.finest_level()) {
     return absl::OutOfRangeError(absl::StrCat("hexahedron ", info.id.ToString(), " is of level ", level,
-                                              ", file numbers of this grid reach level ", finest_));
+                                              ", file numbers of this grid reach level ",
+                                              numbers_.finest_level()));
   }
-  const uint64_t number = info.id.initial();
-  Lattice at = {static_cast<int64_t>(number % grid_.cells[0]),
-                static_cast<int64_t>(number / grid_.cells[0] % grid_.cells[1]),
-                static_cast<int64_t>(number / grid_.cells[0] / grid_.cells[1])};
-  int64_t id = static_cast<int64_t>(number);
-  for (int i = 1; i <= level; ++i) {
-    const unsigned digit = info.id.digit(i);
-    for (int c = 0; c < 3; ++c) at[c] = 2 * at[c] + (digit >> c & 1);
-    id = 8 * id + digit;
-  }
+  const Lattice at = numbers_.LowCorner(info.id);
+  const int64_t side = int64_t{1} << (numbers_.finest_level() - level);
   const VtuCell what{static_cast<int32_t>(block.id().value), static_cast<uint8_t>(level),
                      static_cast<uint8_t>(info.state == CellState::kClear ? CellState::kUnknown : info.state),
-                     id << 3 * (finest_ - level)};
+                     numbers_.OfHexahedron(info.id)};
   if (!on_cells_.empty()) on_cells_.Add(info.id);
   const auto frame = Frame<Block3>::Of(block.map(), cell);
   const std::array<Point3, 8> corners = frame.Corners(block.map());
   std::array<Lattice, 8> lattice;
   for (unsigned corner = 0; corner < 8; ++corner) {
-    for (int c = 0; c < 3; ++c) lattice[corner][c] = (at[c] + (corner >> c & 1)) << (finest_ - level);
+    for (int c = 0; c < 3; ++c) lattice[corner][c] = at[c] + (corner >> c & 1) * side;
   }
   if (cells_ == VtuCells::kPolyhedra) return AddFaces(block, frame, lattice, what);
   std::array<int64_t, 8> points;
@@ -166,7 +158,8 @@ absl::Status BlockPiece::AddHanging(Lcc& map, const Lattice& from, const Lattice
 absl::Status BlockPiece::Between(const Lattice& a, const Lattice& b, Lattice& middle) const {
   for (int c = 0; c < 3; ++c) {
     if ((a[c] + b[c]) % 2 != 0) {
-      return absl::OutOfRangeError(absl::StrCat("a neighbour's hexahedron is finer than level ", finest_,
+      return absl::OutOfRangeError(absl::StrCat("a neighbour's hexahedron is finer than level ",
+                                                numbers_.finest_level(),
                                                 ", which file numbers of this grid reach"));
     }
     middle[c] = (a[c] + b[c]) / 2;
@@ -175,28 +168,13 @@ absl::Status BlockPiece::Between(const Lattice& a, const Lattice& b, Lattice& mi
 }
 
 int64_t BlockPiece::AddPoint(const Point3& point, const Lattice& at) {
-  const int64_t nx = (int64_t{grid_.cells[0]} << finest_) + 1;
-  const int64_t ny = (int64_t{grid_.cells[1]} << finest_) + 1;
-  const int64_t id = at[0] + nx * (at[1] + ny * at[2]);
+  const int64_t id = numbers_.OfPoint(at);
   const auto [it, added] = point_of_id_.try_emplace(id, 0);
   if (added) {
     it->second = piece_.AddPoint(point, id);
-    if (!on_points_.empty()) on_points_.Add(VertexAt(at));
+    if (!on_points_.empty()) on_points_.Add(numbers_.VertexAt(at));
   }
   return it->second;
-}
-
-CellId BlockPiece::VertexAt(const Lattice& at) const {
-  LatticeBox box;
-  uint64_t stride = 1;
-  for (int c = 0; c < 3; ++c) {
-    const int64_t index = std::min(at[c] >> finest_, int64_t{grid_.cells[c]} - 1);
-    box.low.initial += stride * static_cast<uint64_t>(index);
-    box.low.at[c] =
-        static_cast<uint32_t>((at[c] - (index << finest_)) << (LatticePlace::kFinestLevel - finest_));
-    stride *= grid_.cells[c];
-  }
-  return NameOf(initial_, box);
 }
 
 }  // namespace ndmap

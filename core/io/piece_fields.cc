@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/io/piece_fields.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "absl/strings/str_cat.h"
@@ -22,15 +23,18 @@ VtuField::Type FieldType(ValueType type) {
   return VtuField::Type::kTexts;
 }
 
-// Pieces have arrays of these names themselves. No attribute's name has a space.
-std::string FieldName(const std::string& name) {
+}  // namespace
+
+std::string FieldName(const std::string& attribute) {
   for (const char* own : {"id", "block", "level", "state"}) {
-    if (name == own) return absl::StrCat(name, " (attribute)");
+    if (attribute == own) return absl::StrCat(attribute, " (attribute)");
   }
-  return name;
+  return attribute;
 }
 
-}  // namespace
+bool PieceFields::IsChosen(const Column& column) const {
+  return !chosen_ || std::find(chosen_->begin(), chosen_->end(), column.definition().name) != chosen_->end();
+}
 
 absl::Status PieceFields::Look(const AttributeStore& store) {
   if (absl::Status s = store.CheckReadable(); !s.ok()) return s;
@@ -43,7 +47,10 @@ absl::Status PieceFields::Look(const AttributeStore& store) {
   }
   begun_ = true;
   numbers_ = std::move(numbers);
-  for (const auto& column : table_->columns()) {
+  for (size_t i = 0; i < table_->columns().size(); ++i) {
+    const auto& column = table_->columns()[i];
+    if (!IsChosen(*column)) continue;
+    columns_.push_back(i);
     VtuField field;
     field.name = FieldName(column->definition().name);
     field.type = FieldType(column->definition().type);
@@ -59,7 +66,7 @@ void PieceFields::Add(const CellId& id) {
     return;
   }
   for (size_t i = 0; i < fields_.size(); ++i) {
-    const Column& column = *table_->columns()[i];
+    const Column& column = *table_->columns()[columns_[i]];
     const ValueWords value = column.Get(row);
     VtuField& field = fields_[i];
     switch (field.type) {

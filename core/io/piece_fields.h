@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,11 +16,20 @@
 
 namespace ndmap {
 
+// Names of attributes; nothing: all.
+using ChosenAttributes = std::optional<std::vector<std::string>>;
+
+// The array's name for an attribute: its own, unless pieces have an array of that name themselves. No
+// attribute's name has a space.
+std::string FieldName(const std::string& attribute);
+
 // The attributes of one dimension. Reading goes in steps, between which the block works for others: Look()
 // begins each, Add() may follow until it ends.
 class PieceFields {
  public:
-  explicit PieceFields(unsigned dimension) : dimension_(dimension) {}
+  // `chosen`: of any dimension.
+  explicit PieceFields(unsigned dimension, ChosenAttributes chosen = std::nullopt)
+      : dimension_(dimension), chosen_(std::move(chosen)) {}
 
   // ABORTED while attributes are brought up to date, or when there are other ones than at the first step.
   absl::Status Look(const AttributeStore& store);
@@ -31,11 +41,16 @@ class PieceFields {
   std::vector<VtuField> Take() { return std::move(fields_); }
 
  private:
+  bool IsChosen(const Column& column) const;
+
   const unsigned dimension_;
+  const ChosenAttributes chosen_;
   bool begun_ = false;
   // Of the attributes, in the order of the fields.
   std::vector<uint64_t> numbers_;
   std::vector<VtuField> fields_;
+  // By field, among the table's.
+  std::vector<size_t> columns_;
   std::optional<CellId> without_values_;
   // Good for one step.
   const AttributeTable* table_ = nullptr;

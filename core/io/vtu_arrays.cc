@@ -24,8 +24,9 @@ static_assert(std::endian::native == std::endian::little, "other orders of bytes
 
 class ArrayReader {
  public:
-  ArrayReader(const VtuDocument& document, const VtuArray& array, uint64_t max_bytes)
-      : document_(document), array_(array), max_bytes_(max_bytes) {}
+  // `any`: whatever its type, whatever its numbers.
+  ArrayReader(const VtuDocument& document, const VtuArray& array, uint64_t max_bytes, bool any)
+      : document_(document), array_(array), max_bytes_(max_bytes), any_(any) {}
 
   absl::Status Wrong(absl::string_view what) const {
     return absl::InvalidArgumentError(
@@ -50,13 +51,15 @@ class ArrayReader {
       T number{};
       bool ok = false;
       if constexpr (std::is_same_v<T, double>) {
-        ok = absl::SimpleAtod(word, &number) && std::isfinite(number);
+        ok = absl::SimpleAtod(word, &number) && (any_ || std::isfinite(number));
       } else {
         ok = absl::SimpleAtoi(word, &number);
       }
       if (!ok) {
         return Wrong(absl::StrCat("entry ", numbers.size(), ", counted from 0, is ", Shown(word),
-                                  std::is_same_v<T, double> ? ", no finite number" : ", no integer"));
+                                  !std::is_same_v<T, double> ? ", no integer"
+                                  : any_                     ? ", no number"
+                                                             : ", no finite number"));
       }
       numbers.push_back(number);
     }
@@ -69,7 +72,10 @@ class ArrayReader {
     if constexpr (std::is_same_v<T, double>) {
       if (type == "Float64") return Convert<T, double>(bytes);
       if (type == "Float32") return Convert<T, float>(bytes);
-    } else {
+    } else if (any_ && type == "String") {
+      return Convert<T, int8_t>(bytes);
+    }
+    if (any_ || !std::is_same_v<T, double>) {
       if (type == "Int64") return Convert<T, int64_t>(bytes);
       if (type == "UInt64") return Convert<T, uint64_t>(bytes);
       if (type == "Int32") return Convert<T, int32_t>(bytes);
@@ -213,12 +219,13 @@ class ArrayReader {
   const VtuDocument& document_;
   const VtuArray& array_;
   uint64_t max_bytes_;
+  bool any_;
 };
 
 template <class T>
 absl::StatusOr<std::vector<T>> Read(const VtuDocument& document, const VtuArray& array,
-                                    std::optional<uint64_t> count, uint64_t max_bytes) {
-  const ArrayReader reader(document, array, max_bytes);
+                                    std::optional<uint64_t> count, uint64_t max_bytes, bool any = false) {
+  const ArrayReader reader(document, array, max_bytes, any);
   auto numbers = reader.Numbers<T>();
   if (numbers.ok() && count && numbers->size() != *count) {
     return reader.Wrong(absl::StrCat("has ", numbers->size(), " entries; ", *count, " expected"));
@@ -236,6 +243,29 @@ absl::StatusOr<std::vector<double>> VtuReals(const VtuDocument& document, const 
 absl::StatusOr<std::vector<int64_t>> VtuIntegers(const VtuDocument& document, const VtuArray& array,
                                                  std::optional<uint64_t> count, uint64_t max_bytes) {
   return Read<int64_t>(document, array, count, max_bytes);
+}
+
+absl::StatusOr<std::vector<double>> VtuAnyNumbers(const VtuDocument& document, const VtuArray& array,
+                                                  uint64_t count, uint64_t max_bytes) {
+  return Read<double>(document, array, count, max_bytes, true);
+}
+
+absl::StatusOr<std::vector<std::string>> VtuTexts(const VtuDocument& document, const VtuArray& array,
+                                                  uint64_t max_bytes) {
+  const auto bytes = Read<int64_t>(document, array, std::nullopt, max_bytes, true);
+  if (!bytes.ok()) return bytes.status();
+  // A 0 ends each text; VTK's own writer tells bytes above 127 as negative numbers.
+  std::vector<std::string> texts;
+  std::string text;
+  for (int64_t byte : *bytes) {
+    if (byte != 0) {
+      text.push_back(static_cast<char>(byte));
+      continue;
+    }
+    texts.push_back(std::move(text));
+    text.clear();
+  }
+  return texts;
 }
 
 }  // namespace ndmap::internal

@@ -30,8 +30,8 @@ absl::string_view Attribute(const char** attributes, absl::string_view name,
 
 class VtuParser {
  public:
-  explicit VtuParser(absl::string_view bytes)
-      : bytes_(bytes), parser_(XML_ParserCreate(nullptr), XML_ParserFree) {}
+  VtuParser(absl::string_view bytes, const VtuWanted& wanted)
+      : bytes_(bytes), wanted_(wanted), parser_(XML_ParserCreate(nullptr), XML_ParserFree) {}
 
   absl::StatusOr<VtuDocument> Parse() {
     if (parser_ == nullptr) return absl::ResourceExhaustedError("no memory to parse XML");
@@ -122,19 +122,24 @@ class VtuParser {
       return absl::OkStatus();
     }
     if (name == "Piece") return OnPiece(attributes);
-    if (name == "Points" || name == "Cells") section_ = std::string(name);
-    if (name == "DataArray") return OnArray(attributes);
+    if (IsSection(name)) section_ = std::string(name);
+    if (name == "DataArray" || name == "Array") return OnArray(attributes);
     if (name == "AppendedData") return OnAppended(attributes);
     return absl::OkStatus();
+  }
+
+  static bool IsSection(absl::string_view name) {
+    return name == "Points" || name == "Cells" || name == "PointData" || name == "CellData";
   }
 
   absl::Status OnRoot(absl::string_view name, const char** attributes) {
     if (name != "VTKFile") return Wrong(absl::StrCat("begins with ", Shown(name), "; VTKFile expected"));
     const absl::string_view type = Attribute(attributes, "type");
-    if (type == "PUnstructuredGrid") {
+    out_.is_index = type == "PUnstructuredGrid";
+    if (out_.is_index && !wanted_.index) {
       return Wrong("is an index of pieces (PUnstructuredGrid); read the .vtu files that it names");
     }
-    if (type != "UnstructuredGrid") {
+    if (!out_.is_index && type != "UnstructuredGrid") {
       return Wrong(absl::StrCat("is a VTK file of type ", Shown(type), "; UnstructuredGrid expected"));
     }
     out_.big_endian = Attribute(attributes, "byte_order") == "BigEndian";
@@ -151,12 +156,16 @@ class VtuParser {
   }
 
   absl::Status OnPiece(const char** attributes) {
+    if (out_.is_index) {
+      out_.sources.emplace_back(Attribute(attributes, "Source"));
+      return absl::OkStatus();
+    }
     const auto points = Number(attributes, "NumberOfPoints");
     if (!points.ok()) return points.status();
     const auto cells = Number(attributes, "NumberOfCells");
     if (!cells.ok()) return cells.status();
     section_.clear();
-    out_.pieces.push_back({*points, *cells, {}, {}, {}, {}});
+    out_.pieces.push_back({*points, *cells, {}, {}, {}, {}, {}, {}});
     return absl::OkStatus();
   }
 
@@ -172,6 +181,14 @@ class VtuParser {
     return nullptr;
   }
 
+  // The same for arrays beside the mesh.
+  std::vector<VtuArray>* DataPlace(absl::string_view name) {
+    if (std::find(wanted_.data.begin(), wanted_.data.end(), name) == wanted_.data.end()) return nullptr;
+    if (out_.pieces.empty()) return nullptr;
+    if (section_ == "PointData") return &out_.pieces.back().point_data;
+    return section_ == "CellData" ? &out_.pieces.back().cell_data : nullptr;
+  }
+
   absl::Status OnArray(const char** attributes) {
     VtuArray array;
     array.name = section_ == "Points" ? "Points" : std::string(Attribute(attributes, "Name"));
@@ -184,13 +201,15 @@ class VtuParser {
       array.offset = *offset;
       out_.all_offsets.push_back(*offset);
     }
+    std::vector<VtuArray>* data = DataPlace(array.name);
     std::optional<VtuArray>* place = Place(array.name);
-    if (place == nullptr) return absl::OkStatus();
-    if (place->has_value()) return Wrong(absl::StrCat("a second array ", Shown(array.name), " in a piece"));
+    if (place == nullptr && data == nullptr) return absl::OkStatus();
+    if (place != nullptr && place->has_value())
+      return Wrong(absl::StrCat("a second array ", Shown(array.name), " in a piece"));
     if (!absl::SimpleAtoi(Attribute(attributes, "NumberOfComponents", "1"), &array.components)) {
       return Wrong("NumberOfComponents is not a number");
     }
-    array_ = &place->emplace(std::move(array));
+    array_ = place != nullptr ? &place->emplace(std::move(array)) : &data->emplace_back(std::move(array));
     return absl::OkStatus();
   }
 
@@ -199,8 +218,8 @@ class VtuParser {
       --within_array_;
       return absl::OkStatus();
     }
-    if (name == "DataArray") array_ = nullptr;
-    if (name == "Points" || name == "Cells") section_.clear();
+    if (name == "DataArray" || name == "Array") array_ = nullptr;
+    if (IsSection(name)) section_.clear();
     return absl::OkStatus();
   }
 
@@ -218,12 +237,13 @@ class VtuParser {
   }
 
   absl::StatusOr<VtuDocument> Finish() {
-    if (out_.pieces.empty()) return Invalid("has no Piece");
+    if (out_.pieces.empty() && !out_.is_index) return Invalid("has no Piece");
     std::sort(out_.all_offsets.begin(), out_.all_offsets.end());
     return std::move(out_);
   }
 
   absl::string_view bytes_;
+  const VtuWanted& wanted_;
   std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
   VtuDocument out_;
   absl::Status status_;
@@ -236,6 +256,8 @@ class VtuParser {
 
 }  // namespace
 
-absl::StatusOr<VtuDocument> ParseVtu(absl::string_view bytes) { return VtuParser(bytes).Parse(); }
+absl::StatusOr<VtuDocument> ParseVtu(absl::string_view bytes, const VtuWanted& wanted) {
+  return VtuParser(bytes, wanted).Parse();
+}
 
 }  // namespace ndmap::internal

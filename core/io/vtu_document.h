@@ -26,6 +26,8 @@ struct VtuArray {
 struct VtuFilePiece {
   uint64_t points = 0, cells = 0;
   std::optional<VtuArray> coordinates, connectivity, offsets, types;
+  // Those of them that were asked for.
+  std::vector<VtuArray> point_data = {}, cell_data = {};
 };
 
 enum class VtuCompressor { kNone, kZlib, kLzma };
@@ -38,11 +40,20 @@ struct VtuDocument {
   // All offsets that any array declares, ascending: in base64 only the next one tells where an array ends.
   std::vector<uint64_t> all_offsets;
   bool appended_base64 = false;
+  // An index (.pvtu) was read: the files that it names, as it names them.
+  bool is_index = false;
+  std::vector<std::string> sources;
   absl::string_view appended;  // What follows the underscore, to the end of the file; part of `bytes`.
 };
 
+// What else than the mesh is wanted of a file.
+struct VtuWanted {
+  std::vector<std::string> data;  // Names of arrays of points and cells.
+  bool index = false;             // Indices of pieces are read, too; otherwise refused.
+};
+
 // INVALID_ARGUMENT with the line. Document type declarations are refused, so no entity grows.
-absl::StatusOr<VtuDocument> ParseVtu(absl::string_view bytes);
+absl::StatusOr<VtuDocument> ParseVtu(absl::string_view bytes, const VtuWanted& wanted = {});
 
 // The numbers of an array, which must be `count`. INVALID_ARGUMENT with the array's name and line;
 // RESOURCE_EXHAUSTED if it takes more than max_bytes. What a header promises is not believed: memory grows
@@ -51,5 +62,11 @@ absl::StatusOr<std::vector<double>> VtuReals(const VtuDocument& document, const 
                                              uint64_t count, uint64_t max_bytes);
 absl::StatusOr<std::vector<int64_t>> VtuIntegers(const VtuDocument& document, const VtuArray& array,
                                                  std::optional<uint64_t> count, uint64_t max_bytes);
+
+// Numbers of any type, not finite ones and integers (rounded) included; and the texts of an array of strings.
+absl::StatusOr<std::vector<double>> VtuAnyNumbers(const VtuDocument& document, const VtuArray& array,
+                                                  uint64_t count, uint64_t max_bytes);
+absl::StatusOr<std::vector<std::string>> VtuTexts(const VtuDocument& document, const VtuArray& array,
+                                                  uint64_t max_bytes);
 
 }  // namespace ndmap::internal

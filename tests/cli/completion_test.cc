@@ -52,11 +52,19 @@ TEST_F(CompletionTest, BashReadsIts) {
   EXPECT_THAT(Proposed("ndmap refine --", 2), HasSubstr(" --json "));
   EXPECT_THAT(Proposed("ndmap refine --", 2), Not(HasSubstr(" --through ")));
   EXPECT_EQ(Proposed("ndmap run tor", 2), "  \n");
+  // Commands below a command.
+  EXPECT_EQ(Proposed("ndmap attr wr", 2), " write \n");
+  EXPECT_EQ(Proposed("ndmap attr --json dro", 3), " drop \n");
+  EXPECT_EQ(Proposed("ndmap attr read m t --le", 5), " --level \n");
+  EXPECT_THAT(Proposed("ndmap attr define --", 3), Not(HasSubstr(" --level ")));
+  EXPECT_EQ(Proposed("ndmap attr read dro", 3), "  \n");
+  EXPECT_EQ(Proposed("ndmap agg m --hist", 3), " --histogram \n");
 }
 
 TEST_F(CompletionTest, ZshReadsIts) {
   const std::string script = Script("zsh");
   EXPECT_THAT(Shell("cat " + script), HasSubstr("'ring:the cells at most K steps away from a cell'"));
+  EXPECT_THAT(Shell("cat " + script), HasSubstr("'drop:forget an attribute and its values'"));
   // Its quotes and brackets are of the kind that bash reads, too, where there is no zsh.
   EXPECT_EQ(Shell("bash -n " + script + " 2>&1"), "");
   EXPECT_EQ(Shell("if command -v zsh >/dev/null; then zsh -n " + script + " 2>&1; fi"), "");

@@ -258,9 +258,11 @@ def known_flags(bin_folder):
         run = subprocess.run([os.path.join(bin_folder, command[0]), *command[1:], "--help"], stdout=subprocess.PIPE,
                              stderr=subprocess.STDOUT, text=True, check=False)
         return run.stdout
-    texts = [help_of(program) for program in PROGRAMS]
-    commands = re.findall(r"^  ([a-z]+) {2,}", texts[0].split("Subcommands:")[1], re.MULTILINE)
-    texts += [help_of("ndmap", command) for command in commands]
+    def helps_of(*command):
+        text = help_of(*command)
+        below = re.findall(r"^  ([a-z]+) {2,}", text.partition("Subcommands:")[2], re.MULTILINE)
+        return [text] + [one for name in below for one in helps_of(*command, name)]
+    texts = [text for program in PROGRAMS for text in helps_of(program)]
     return set(FLAG.findall(" ".join(texts))) | FOREIGN_FLAGS
 
 
