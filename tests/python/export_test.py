@@ -8,9 +8,11 @@ from unittest import mock
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader
 
 import ndmap
 from cluster import ClusterTest
+from ndmap.file_numbers import file_numbers
 
 
 class ExportTest(ClusterTest):
@@ -20,6 +22,14 @@ class ExportTest(ClusterTest):
         cls.maps = {}
         for blocks in (1, 2, 4):
             made = cls.maps[blocks] = cls.client.create_map(f"m{blocks}", cls.torus, grid="6x6x3", blocks=blocks)
+            made.refine(1).result()
+            made.define("warmth", on="vertices", split="mean").result()
+            made.define("wind", on="vertices", type="vec3", split="mean").result()
+            made.define("level", on="hexahedra", type="int64", fill=7).result()
+            made.define("rock", on="hexahedra", type="category", fill="chalk").result()
+            made.compute("warmth", lambda point: point[:, 0], "@point")
+            made.compute("wind", lambda point: -point, "@point")
+            made.compute("rock", lambda point: np.where(point[:, 1] < 0, "größer", "chalk"), "@point")
             made.refine(2).result()
             made.trim().result()
         cls.counts = cls.maps[1].stats().counts
@@ -40,6 +50,30 @@ class ExportTest(ClusterTest):
                     self.assertEqual(written.index, f"{ours}/mesh.pvtu")
                     self.assertEqual([os.path.basename(piece) for piece in written.pieces], names[:-1])
                     self.assertEqual(told[-1], (blocks, blocks, written.bytes))
+
+    def test_an_export_has_the_attributes_as_they_are_read(self):
+        for blocks, made in self.maps.items():
+            vertices, hexahedra = made.read("warmth", "wind"), made.read("level", "rock")
+            for cells in ("hexahedron", "polyhedron"):
+                with self.subTest(blocks=blocks, cells=cells):
+                    written = made.export(f"{self.folder}/fields/{cells}{blocks}", cells)
+                    reader = vtkXMLPUnstructuredGridReader()
+                    reader.SetFileName(written.index)
+                    reader.Update()
+                    grid = reader.GetOutput()
+                    points, data = grid.GetPointData(), grid.GetCellData()
+                    row = {number: row for row, number in enumerate(file_numbers(vertices.ids, made.info.grid).tolist())}
+                    rows = [row[number] for number in vtk_to_numpy(points.GetArray("id")).tolist()]
+                    for name in ("warmth", "wind"):
+                        np.testing.assert_array_equal(vtk_to_numpy(points.GetArray(name)), vertices[name][rows])
+                    row = {number: row for row, number in enumerate(file_numbers(hexahedra.ids, made.info.grid).tolist())}
+                    rows = [row[number] for number in vtk_to_numpy(data.GetArray("id")).tolist()]
+                    self.assertEqual(sorted(rows), list(range(len(hexahedra))))
+                    np.testing.assert_array_equal(vtk_to_numpy(data.GetArray("level (attribute)")), hexahedra["level"][rows])
+                    rocks = data.GetAbstractArray("rock")
+                    self.assertEqual([rocks.GetValue(i) for i in range(rocks.GetNumberOfValues())],
+                                     hexahedra["rock"][rows].tolist())
+                    self.assertEqual(set(hexahedra["rock"]), {"größer", "chalk"})
 
     def test_an_export_replaces_what_was_there(self):
         folder = f"{self.folder}/again"

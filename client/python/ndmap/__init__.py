@@ -14,7 +14,9 @@ Every call has a deadline (ClientOptions); what may be done twice is tried again
 All objects may be used from any thread.
 """
 from ndmap._version import __version__
+from ndmap.aggregate import Aggregate
 from ndmap.anchors import BlockAnchor, BoxAnchor, NearestVertexAnchor, PointAnchor
+from ndmap.attributes import Attribute
 from ndmap.client import Client, connect
 from ndmap.columns import DartColumns, WalkedColumns
 from ndmap.darts import Dart, DartInfo, Darts, Walks
@@ -47,16 +49,20 @@ from ndmap.map import CheckResult, Map, Stats
 from ndmap.navigate import CellDetails
 from ndmap.options import ClientOptions
 from ndmap.surface import Surface
+from ndmap.values import CellValues, Written
 
 __all__ = [
     "AbortedError",
+    "Aggregate",
     "AlreadyExistsError",
+    "Attribute",
     "BlockAnchor",
     "BoxAnchor",
     "CancelledError",
     "CellDetails",
     "CellId",
     "CellIds",
+    "CellValues",
     "CheckResult",
     "Client",
     "ClientOptions",
@@ -95,6 +101,7 @@ __all__ = [
     "UnimplementedError",
     "WalkedColumns",
     "Walks",
+    "Written",
     "__version__",
     "connect",
 ]

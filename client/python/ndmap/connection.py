@@ -9,7 +9,14 @@ from typing import Any, Callable, TypeVar
 import grpc
 
 from ndmap._version import __version__
-from ndmap.errors import CancelledError, FailedPreconditionError, InvalidArgumentError, UnavailableError, from_rpc
+from ndmap.errors import (
+    AbortedError,
+    CancelledError,
+    FailedPreconditionError,
+    InvalidArgumentError,
+    UnavailableError,
+    from_rpc,
+)
 from ndmap.options import ClientOptions
 from ndmap.v1 import block_service_pb2_grpc, common_pb2, coordinator_pb2_grpc
 
@@ -86,6 +93,19 @@ class Connection:
                 time.sleep(pause)
                 pause *= 2
         return call()
+
+    def patient(self, call: Callable[[], Result]) -> Result:
+        """The same, and for call_timeout while it raises AbortedError: a job is bringing the map up to date."""
+        end = time.monotonic() + self.options.call_timeout
+        pause = self.options.first_pause
+        while True:
+            try:
+                return self.retry(call)
+            except AbortedError:
+                if time.monotonic() + pause > end:
+                    raise
+            time.sleep(pause)
+            pause = min(2 * pause, 1.0)
 
     def once(self, method: Method, request: Any, who: str = "", timeout: float | None = None) -> Any:
         """A call with a deadline (call_timeout unless given); `who` is the coordinator unless given."""

@@ -45,12 +45,12 @@ def check_cells(cells: str) -> None:
 
 
 def stream_piece(
-    connection: Connection, info: MapInfo, block: int, cells: str
+    connection: Connection, info: MapInfo, block: int, options: dict[str, str]
 ) -> Iterator[bytes | pb.ExportSummary]:
     """The bytes of one block's piece, then its summary. Not tried again: half of it may have gone its way."""
     address = info.address_of(block)
     stub = connection.block_server(address)
-    request = pb.ExportPieceRequest(map=info.name, block=block, options={"cells": cells})
+    request = pb.ExportPieceRequest(map=info.name, block=block, options=options)
     digest = xxhash.xxh3_64()
     count = 0
     summary: pb.ExportSummary | None = None
@@ -92,7 +92,7 @@ def index_text(first_piece: str, names: list[str]) -> str:
         lines.append(_tag(f"P{section}", element.attrib))
         for array in element:
             declared = {name: value for name, value in array.attrib.items() if name not in ("format", "offset")}
-            lines.append(_tag("PDataArray", declared, "/"))
+            lines.append(_tag(f"P{array.tag}", declared, "/"))
         lines.append(f"</P{section}>")
     lines += [_tag("Piece", {"Source": name}, "/") for name in names]
     return "\n".join(lines + ["</PUnstructuredGrid>", "</VTKFile>", ""])
@@ -150,8 +150,8 @@ class _MadeFiles:
 class _Export:
     """One export under way."""
 
-    def __init__(self, connection: Connection, info: MapInfo, cells: str, made: _MadeFiles) -> None:
-        self._connection, self._info, self._cells, self._made = connection, info, cells, made
+    def __init__(self, connection: Connection, info: MapInfo, options: dict[str, str], made: _MadeFiles) -> None:
+        self._connection, self._info, self._options, self._made = connection, info, options, made
         self._lock = threading.Lock()
         self._failed = False
         self.ready = self.bytes = self.cells = 0
@@ -163,7 +163,7 @@ class _Export:
         summary = pb.ExportSummary()
 
         def parts() -> Iterator[bytes]:
-            for part in stream_piece(self._connection, self._info, block, self._cells):
+            for part in stream_piece(self._connection, self._info, block, self._options):
                 if isinstance(part, bytes):
                     yield part
                 else:
@@ -183,16 +183,22 @@ class _Export:
 
 
 def export(
-    connection: Connection, info: MapInfo, folder: str | os.PathLike[str], cells: str, progress: ExportProgress | None
+    connection: Connection,
+    info: MapInfo,
+    folder: str | os.PathLike[str],
+    cells: str,
+    progress: ExportProgress | None,
+    attributes: bool = True,
 ) -> Exported:
-    """Map.export."""
+    """Map.export; with the attributes of vertices and hexahedra, or without."""
     check_cells(cells)
     into = os.fspath(folder)
     made = _MadeFiles(into)
     names = [f"block_{block:04d}.vtu" for block in range(info.block_count)]
     paths = [os.path.join(into, name) for name in names]
     index = os.path.join(into, "mesh.pvtu")
-    work = _Export(connection, info, cells, made)
+    options = {"cells": cells} if attributes else {"cells": cells, "attributes": "none"}
+    work = _Export(connection, info, options, made)
     try:
         with ThreadPoolExecutor(min(_AT_ONCE, info.block_count)) as pool:
             for future in [pool.submit(work.fetch, block, path, progress) for block, path in enumerate(paths)]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from ndmap.attributes import Attribute
 from ndmap.errors import NotFoundError
 from ndmap.grid import Grid
 from ndmap.v1 import common_pb2, coordinator_pb2
@@ -83,6 +84,8 @@ class MapInfo:
     running_jobs: tuple[int, ...]
     # Of each block, the address of the server that holds it. Empty in lists of maps.
     addresses: dict[int, str] = field(repr=False)
+    # Of its cells.
+    attributes: tuple[Attribute, ...] = ()
 
     @classmethod
     def from_proto(cls, info: coordinator_pb2.Map) -> MapInfo:
@@ -98,6 +101,7 @@ class MapInfo:
             surface_id=info.surface_id,
             running_jobs=tuple(info.running_jobs),
             addresses={placement.block: placement.address for placement in info.blocks},
+            attributes=tuple(Attribute.from_proto(attribute) for attribute in info.attributes),
         )
 
     def address_of(self, block: int) -> str:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map of a cluster: its jobs, its numbers, its pieces, walks on its darts, and questions about its cells."""
+"""A map of a cluster: its jobs, its numbers, its pieces, walks on its darts, questions about its cells, and values on
+them."""
 from __future__ import annotations
 
 import math
@@ -18,6 +19,7 @@ from ndmap.errors import InvalidArgumentError
 from ndmap.ids import CellIdLike, CellIds
 from ndmap.info import MapInfo, ProcessStats
 from ndmap.job import Job, PhaseResult, ProgressCallback, phase
+from ndmap.map_attributes import MapAttributes
 from ndmap.navigate import CellDetails, Navigator
 from ndmap.stats import block_stats
 from ndmap.v1 import common_pb2, coordinator_pb2
@@ -99,7 +101,7 @@ def _oracle_parameters(oracle: str, given: dict[str, Any]) -> dict[str, str]:
     return {"oracle": oracle, **{name: _parameter(oracle, name, given[name]) for name in wanted}}
 
 
-class Map:
+class Map(MapAttributes):
     """A map, with the routing table as it was when it was opened."""
 
     def __init__(self, connection: Connection, info: MapInfo) -> None:
@@ -309,18 +311,22 @@ class Map:
         progress: export.ExportProgress | None = None,
     ) -> export.Exported:
         """Writes a VTU piece a block and mesh.pvtu, as `ndmap export` does; after an error what was not there before
-        is gone again. Cells are "hexahedron", or "polyhedron" with every shared point and face. `progress` is called
-        from other threads, with pieces ready, pieces in all, and bytes."""
+        is gone again. Cells are "hexahedron", or "polyhedron" with every shared point and face. Attributes of vertices
+        and hexahedra are arrays of points and cells; AbortedError while a job gives new cells their values. `progress`
+        is called from other threads, with pieces ready, pieces in all, and bytes."""
         return export.export(self._connection, self._info, folder, cells, progress)
 
-    def to_vtk(self, cells: str = "hexahedron") -> vtk.vtkUnstructuredGrid:
-        """The mesh as a vtkUnstructuredGrid with the arrays of an export, its pieces joined. Needs python3-vtk9."""
-        return mesh.to_vtk(self._connection, self._info, cells)
+    def to_vtk(self, cells: str = "hexahedron", attributes: Iterable[str] | None = None) -> vtk.vtkUnstructuredGrid:
+        """The mesh as a vtkUnstructuredGrid with the arrays of an export, its pieces joined, and the attributes of its
+        vertices and hexahedra, or those that are named. Categories are arrays of strings. AbortedError if the map was
+        changed meanwhile. Needs python3-vtk9."""
+        return mesh.to_vtk(self._connection, self._info, cells, attributes)
 
-    def to_meshio(self) -> meshio.Mesh:
-        """The mesh as a meshio.Mesh: points, hexahedra, point data "id", cell data "block", "level", "state", "id".
-        Needs python3-meshio."""
-        return mesh.to_meshio(self._connection, self._info)
+    def to_meshio(self, attributes: Iterable[str] | None = None) -> meshio.Mesh:
+        """The mesh as a meshio.Mesh: points, hexahedra, point data "id", cell data "block", "level", "state", "id", and
+        the attributes of vertices and hexahedra, or those that are named. Categories are numbers, whose texts are in
+        info["categories"]. AbortedError if the map was changed meanwhile. Needs python3-meshio."""
+        return mesh.to_meshio(self._connection, self._info, attributes)
 
 
 def fetch_info(connection: Connection, name: str) -> MapInfo:
