@@ -194,6 +194,7 @@ class AttributesTest(ClusterTest):
         made.refine(2).result()
         made.compute("warmth", warmth, "@point")
         made.compute("wind", lambda point: -point, "@point")
+        made.compute("rock", lambda point: np.where(point[:, 2] < 0, "clay", "chalk"), "@point")
         made.trim().result()
         mesh = made.to_meshio()
         self.assertEqual(sorted(mesh.point_data), ["id", "warmth", "wind"])

@@ -138,6 +138,7 @@ class AttributesWireTest(unittest.TestCase):
             (("@colour",), {"on": 0}, "'@colour' is none of @point, @level"),
             (("@point",), {}, "of which cells"),
             (("temperature", "age"), {}, r"temperature \(vertices\), age \(hexahedra\)"),
+            (("temperature", "@state"), {}, r"temperature \(vertices\), @state \(hexahedra\)"),
             (("temperature",), {"on": "edges"}, r"on='edges' \(edges\), temperature \(vertices\)"),
             (("age",), {"ids": "h0", "levels": 1}, "ids and levels exclude each other"),
             (("age",), {"close": "3"}, "close goes with where"),

@@ -30,6 +30,8 @@ SPLITS = {
 }
 # What the map itself knows of its cells, and the types of these values.
 INTRINSIC = {"@point": "vec3", "@level": "int64", "@block": "int64", "@volume": "double", "@state": "category"}
+# Of hexahedra alone.
+OF_HEXAHEDRA = ("@volume", "@state")
 MAX_CATEGORY_BYTES = 64
 
 # A dimension, or what its cells are called: "vertices", "edges", "faces", "hexahedra".

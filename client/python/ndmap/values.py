@@ -8,7 +8,16 @@ from typing import Any, Iterable, Iterator, Sequence, Union
 import numpy as np
 
 from ndmap.anchors import Anchors, BoxAnchor, Closures, to_closures, to_wire
-from ndmap.attributes import CELLS, INTRINSIC, Attribute, CellKind, Values, dimension_of, fetch_attributes
+from ndmap.attributes import (
+    CELLS,
+    INTRINSIC,
+    OF_HEXAHEDRA,
+    Attribute,
+    CellKind,
+    Values,
+    dimension_of,
+    fetch_attributes,
+)
 from ndmap.connection import Connection, server_name
 from ndmap.errors import InternalError, InvalidArgumentError, NotFoundError
 from ndmap.ids import CellId, CellIdLike, CellIds
@@ -170,6 +179,8 @@ class Columns:
                 if name not in INTRINSIC:
                     raise InvalidArgumentError(f"'{name}' is none of {', '.join(INTRINSIC)}")
                 kinds[name] = INTRINSIC[name]
+                if name in OF_HEXAHEDRA:
+                    dimensions[name] = 3
                 continue
             there = fetch_attributes(self._connection, self._info.name) if there is None else there
             attribute = self._among(there, name)
