@@ -50,7 +50,6 @@ def heat(ball):
     hottest = np.argmax(values["temperature"])
     print(f"hottest at {values['@point'][hottest].round(2)}: {values['temperature'][hottest]:.2f}")
     ball.refine(3, "sphere", centre=HOT, radius=0.2).result()
-    ball.trim().result()
     whole = ball.aggregate("temperature", histogram=(7, 20.0, 90.0), integral=True)
     print(f"{whole.count:,} vertices, {whole.min:.2f} to {whole.max:.2f}, mean of the volume "
           f"{whole.integral / whole.volume:.2f}")

@@ -82,7 +82,7 @@ std::string BashCompletion(const CLI::App& app) {
   std::string cases;
   const std::string everywhere = absl::StrJoin(OptionsOf(app, true), " ");
   const auto add_case = [&](const std::string& name, const CLI::App& command, const std::string& more) {
-    absl::StrAppend(&cases, "    '", name, "') words='", more, absl::StrJoin(OptionsOf(command), " "), " ",
+    absl::StrAppend(&cases, "    ", name, ") words='", more, absl::StrJoin(OptionsOf(command), " "), " ",
                     everywhere, "' ;;\n");
   };
   for (const CLI::App* command : CommandsOf(app)) {
@@ -90,7 +90,7 @@ std::string BashCompletion(const CLI::App& app) {
     std::string below;
     for (const CLI::App* sub : CommandsOf(*command)) {
       absl::StrAppend(&below, sub->get_name(), " ");
-      add_case(absl::StrCat(command->get_name(), " ", sub->get_name()), *sub, "");
+      add_case(absl::StrCat("'", command->get_name(), " ", sub->get_name(), "'"), *sub, "");
     }
     if (!below.empty()) parents.push_back(command->get_name());
     add_case(command->get_name(), *command, below);
@@ -100,7 +100,7 @@ std::string BashCompletion(const CLI::App& app) {
       "() {\n", "  local word=${COMP_WORDS[COMP_CWORD]} command= words= open=yes i\n",
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n", "    case ${COMP_WORDS[i]} in\n      ", ValueOptions(app),
       ") ((++i)) ;;\n      -*) ;;\n      *) command=\"${command:+$command }${COMP_WORDS[i]}\"\n",
-      "        case $command in\n          ", absl::StrJoin(parents, "|"),
+      "        case $command in\n          ", parents.empty() ? "''" : absl::StrJoin(parents, "|"),
       ") ;;\n          *) open=; break ;;\n        esac ;;\n    esac\n  done\n",
       "  case $command in\n    '') words='", absl::StrJoin(names, " "), " ",
       absl::StrJoin(OptionsOf(app), " "), "' ;;\n", cases,

@@ -2,10 +2,14 @@
 // Arrays of points and cells read back. Files that VTK wrote are read in tests/cli.
 #include "core/io/vtu_values.h"
 
+#include <unistd.h>
+
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/io/file_bytes.h"
 #include "core/io/vtu_writer.h"
 #include "gmock/gmock.h"
@@ -20,7 +24,14 @@ using ::testing::IsEmpty;
 
 class VtuValuesTest : public ::testing::Test {
  protected:
-  std::string Path(const std::string& name) { return ::testing::TempDir() + "/vtu_values_" + name; }
+  // Of its own: tests run side by side.
+  VtuValuesTest()
+      : folder_(absl::StrCat(::testing::TempDir(), "/vtu_values_", getpid(), "_",
+                             ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~VtuValuesTest() override { std::filesystem::remove_all(folder_); }
+  std::string Path(const std::string& name) { return folder_ + "/vtu_values_" + name; }
   std::string Write(const std::string& name, const std::string& text) {
     EXPECT_TRUE(internal::WriteFileBytes(Path(name), text).ok());
     return Path(name);
@@ -35,6 +46,7 @@ class VtuValuesTest : public ::testing::Test {
            "Name=\"level\">1</DataArray><DataArray type=\"Float32\" Name=\"x\">7</DataArray></CellData>"
            "</Piece></UnstructuredGrid></VTKFile>";
   }
+  const std::string folder_;
   static std::string Array(const std::string& type, const std::string& name, const std::string& values,
                            const std::string& more = "") {
     return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" " + more + ">" + values + "</DataArray>";

@@ -83,6 +83,7 @@ TEST_F(AttributesTest, ReadByIdsBoxLevelAndAll) {
   EXPECT_EQ(Do({"attr", "read", "m", "t", "--level", "1-29"})["count"], 0);
   EXPECT_EQ(Do({"attr", "read", "m", "t", "--box", "0.1,0.1,0.1", "0.2,0.2,0.1"})["count"], 1);
   // Vertices of the hexahedron that the box meets.
+  Do({"attr", "define", "m", "v", "--dim", "0"});
   EXPECT_EQ(Do({"attr", "read", "m", "@point", "--dim", "0", "--box", "0.1,0.1,0.1", "0.2,0.2,0.1"})["count"],
             8);
   EXPECT_THAT(SortedLines(Text({"attr", "read", "m", "t", "--ids", "h1", "h0", "-o", "csv"})),
@@ -93,6 +94,7 @@ TEST_F(AttributesTest, ReadByIdsBoxLevelAndAll) {
       SortedLines(Text({"attr", "read", "m", "@point", "--dim", "0", "--ids", "v0:7", "-o", "csv"}))[0],
       "id,@point:0,@point:1,@point:2");
   Do({"attr", "drop", "m", "t"});
+  Do({"attr", "drop", "m", "v"});
 }
 
 TEST_F(AttributesTest, IdsThatAreNotThereAreSaidAndTheOthersDone) {
@@ -163,6 +165,7 @@ TEST_F(AttributesTest, Aggregates) {
   EXPECT_EQ(Text({"agg", "m", "n", "--by", "category:rock", "-o", "csv"}),
             "group,count,sum,mean,min,max,not_finite\nchalk,107,8," + json(8.0 / 107).dump() +
                 ",0.0,4.0,0\ngranite,1,4,4.0,4.0,4.0,0\n");
+  Do({"attr", "define", "m", "v", "--dim", "0"});
   EXPECT_EQ(Text({"agg", "m", "--dim", "0"}), "group  count\n------------\nall      196\n");
   EXPECT_EQ(Do({"agg", "m", "n", "--by", "block"})["groups"].size(), 2u);
   EXPECT_THAT(Text({"agg", "m", "n", "--histogram", "2:0:4", "-o", "csv"}),
@@ -170,6 +173,7 @@ TEST_F(AttributesTest, Aggregates) {
   EXPECT_THAT(cluster_->Fails({"agg", "m", "none"}), HasSubstr("has no attribute 'none'"));
   Do({"attr", "drop", "m", "n"});
   Do({"attr", "drop", "m", "rock"});
+  Do({"attr", "drop", "m", "v"});
 }
 
 TEST_F(AttributesTest, WrongCommandLinesAreSaid) {

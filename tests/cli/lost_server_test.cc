@@ -24,7 +24,7 @@ using ::testing::Not;
 class LostServerTest : public ::testing::Test {
  protected:
   LostServerTest() {
-    cluster_.Do({"create", "big", cluster_.surface(), "--grid", "40x40x40", "--blocks", "2"});
+    cluster_.Do({"create", "big", cluster_.surface(), "--grid", "60x60x60", "--blocks", "2"});
     ClientOptions options;
     options.first_pause = absl::Milliseconds(1);
     map_ = Client::Connect(cluster_.coordinator(), options)->OpenMap("big").value();
@@ -78,7 +78,7 @@ TEST_F(LostServerTest, AnAnswerThatIsCutOffIsAnError) {
 
 TEST_F(LostServerTest, APieceThatIsCutOffIsAnError) {
   uint64_t bytes = 0;
-  const auto summary = map_->ExportPiece(0, {}, [&](absl::string_view data) {
+  const auto summary = map_->ExportPiece(0, {{"cells", "polyhedron"}}, [&](absl::string_view data) {
     if (bytes == 0) Kill();
     bytes += data.size();
     return absl::OkStatus();

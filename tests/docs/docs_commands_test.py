@@ -248,7 +248,8 @@ def check_page(page, bin_folder, root):
 
 PROGRAMS = ["ndmap", "ndmap-server", "ndmap-coordinator", "ndmap-picture"]
 # Of programs that are not ours.
-FOREIGN_FLAGS = {"--no-install-recommends"}
+# Those of apt-get, cmake and buf.
+FOREIGN_FLAGS = {"--no-install-recommends", "--component", "--install", "--prefix", "--data", "--http", "--protocol"}
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 
 

@@ -132,7 +132,7 @@ class ForeignClientTest(unittest.TestCase):
         dart = dict(self.beta("small", 0, {"anyDart": True})["at"]["dart"], version="1")
         code, message = self.refused(server, "BlockService/Beta", {"map": "small", "starts": [{"dart": dart}]})
         self.assertEqual(code, "failed_precondition")
-        self.assertIn("ask for it again", message)
+        self.assertIn("ask for its darts again", message)
         question = {"map": "small", "anchors": [{"text": "h1/9"}], "give": "GIVE_DARTS"}
         code, message = self.refused(server, "BlockService/Explore", question)
         self.assertEqual(code, "invalid_argument")

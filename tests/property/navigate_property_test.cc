@@ -2,6 +2,7 @@
 #include <string>
 #include <tuple>
 
+#include "absl/strings/str_cat.h"
 #include "gtest/gtest.h"
 #include "tests/property/navigate_case.h"
 
@@ -21,8 +22,7 @@ TEST_P(NavigatePropertyTest, EveryQuestionIsAnsweredAsOnTheWholeMap) {
 INSTANTIATE_TEST_SUITE_P(Seeds, NavigatePropertyTest,
                          testing::Combine(testing::Values(2u, 3u, 4u), testing::Values(0u, 50u)),
                          [](const auto& info) {
-                           return "N" + std::to_string(std::get<0>(info.param)) + "From" +
-                                  std::to_string(std::get<1>(info.param));
+                           return absl::StrCat("N", std::get<0>(info.param), "From", std::get<1>(info.param));
                          });
 
 // Both storages, by some seeds.

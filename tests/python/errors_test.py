@@ -199,9 +199,9 @@ class LostServerTest(ClusterTest):
         self.addCleanup(cluster.stop)
         with ndmap.connect(cluster.address) as client:
             # A piece of several times what gRPC sends ahead of the reader.
-            made = client.create_map("big", self.torus, grid="40x40x40", blocks=1)
+            made = client.create_map("big", self.torus, grid="60x60x60", blocks=1)
             pid = made.server_stats()[0].pid
-            stream = stream_piece(client._connection, made.info, 0, "hexahedron")
+            stream = stream_piece(client._connection, made.info, 0, {"cells": "polyhedron"})
             self.assertTrue(next(stream))
             os.kill(pid, signal.SIGKILL)
             self.fails(ndmap.UnavailableError, "the block server at", list, stream)

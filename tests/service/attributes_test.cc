@@ -273,37 +273,35 @@ TEST_F(AttributesServiceTest, TwoWritersAtOnceEndWithOneValueEverywhere) {
   EXPECT_TRUE(end == written(38) || end == written(39));
 }
 
-// Whatever comes between: no block makes something else of its values than another.
+// Whatever part of a write the phase comes after, it is the same part in all blocks: new vertices, which
+// nobody writes, have one value in all of them.
 TEST_F(AttributesServiceTest, WritersDuringJobsLeaveNoBlockBehind) {
   Make("m", 8);
   const Kind kind{"heat", 0, v1::VALUE_TYPE_DOUBLE, v1::SPLIT_RULE_MEAN};
   Define("m", kind);
-  std::atomic<bool> over = false;
-  std::atomic<int> done = 0;
-  std::thread writer([&] {
-    for (uint64_t salt = 0; !over; ++salt) {
-      std::vector<std::pair<CellId, std::vector<std::string>>> rows;
-      if (!cluster_.Read(AttributeCluster::All("m", 0, {}), 1, &rows).ok()) continue;
-      std::vector<CellId> ids;
-      for (const auto& [id, values] : rows) ids.push_back(id);
-      v1::WriteAttributeRequest part = AttributeCluster::Part("m", "heat", ids);
-      *part.mutable_values() = ValuesFor(ids, kind.type, salt);
-      v1::WriteAttributeResponse response;
-      const grpc::Status status = cluster_.Write({part}, &response);
-      EXPECT_TRUE(status.ok() || status.error_code() == grpc::StatusCode::ABORTED) << status.error_message();
-      if (status.ok()) ++done;
-    }
-  });
+  uint64_t salt = 0;
   for (const char* cells :
        {"h0 h1", "h0/7 h2", "h3 h4 h5/0 h5", "h6 h7 h7/0", "h7/0.0 h0/7.7", "h1/6 h2/5 h4/3"}) {
-    const int before = done;
+    const std::vector<CellId> ids = IdsOf(cluster_.ReadTable(AttributeCluster::All("m", 0, {})));
+    std::atomic<bool> over = false;
+    std::atomic<int> done = 0;
+    std::thread writer([&] {
+      while (!over) {
+        v1::WriteAttributeRequest part = AttributeCluster::Part("m", "heat", ids);
+        *part.mutable_values() = ValuesFor(ids, kind.type, ++salt);
+        v1::WriteAttributeResponse response;
+        const grpc::Status status = cluster_.Write({part}, &response);
+        EXPECT_TRUE(status.ok() || status.error_code() == grpc::StatusCode::ABORTED)
+            << status.error_message();
+        if (status.ok()) ++done;
+      }
+    });
+    while (done == 0 && !HasFailure()) std::this_thread::yield();
     Refine("m", cells);
-    cluster_.ExpectOneValueEverywhere("m", 0, "heat");
-    while (done == before && !HasFailure()) std::this_thread::yield();
+    over = true;
+    writer.join();
+    EXPECT_EQ(cluster_.ExpectOneValueEverywhere("m", 0, "heat"), 8u);
   }
-  over = true;
-  writer.join();
-  EXPECT_EQ(cluster_.ExpectOneValueEverywhere("m", 0, "heat"), 8u);
 }
 
 TEST_F(AttributesServiceTest, ACancelledJobGivesNewCellsTheirValues) {

@@ -35,7 +35,7 @@ class Turnstile {
   class Piece : public server::PieceBuilder {
    public:
     explicit Piece(Turnstile* turnstile) : turnstile_(turnstile) {}
-    absl::StatusOr<bool> Step(Block3&) override { return true; }
+    absl::StatusOr<bool> Step(Block3&, const AttributeStore&) override { return true; }
     absl::Status Write(const server::PieceSink& sink) override {
       {
         absl::MutexLock lock(&turnstile_->mutex_);
@@ -232,7 +232,7 @@ TEST_F(LimitsTest, AnExportHasALimitOfItsOwn) {
 // A piece without an end.
 class Endless : public server::PieceBuilder {
  public:
-  absl::StatusOr<bool> Step(Block3&) override { return true; }
+  absl::StatusOr<bool> Step(Block3&, const AttributeStore&) override { return true; }
   absl::Status Write(const server::PieceSink& sink) override {
     const std::string bytes(1 << 20, 'x');
     while (sink(bytes)) {

@@ -86,10 +86,10 @@ class RoundTrip(unittest.TestCase):
         # Splits, of which some are next to others, and removes.
         for name in ("one", "two"):
             run("refine", name, "--depth", 1, "--oracle", "sphere", "--centre", "1,0,0", "--radius", 0.6)
-            run("refine", name, "--depth", 2, "--oracle", "list", "--cells", "h50/0 h50/7")
+            run("refine", name, "--depth", 2, "--oracle", "list", "--cells", "h50 h50/0 h50/7")
             run("trim", name)
         cls.mesh = os.path.join(cls.folder, "mesh")
-        cls.note = subprocess.run([os.path.join(BIN, "ndmap"), "export", "one", "-o", cls.mesh], check=True,
+        cls.note = subprocess.run([os.path.join(BIN, "ndmap"), "export", "one", "-o", cls.mesh, "--cells", "polyhedron"], check=True,
                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True).stderr
 
     @classmethod
@@ -98,11 +98,11 @@ class RoundTrip(unittest.TestCase):
         table = ["id,height,speed:0,speed:1,speed:2"]
         for cell, (x, y, z) in points.items():
             x, y, z = float(x), float(y), float(z)
-            table.append(f"{cell},{0.1 + x + 2 * y + 3 * z!r},{y!r},{-z!r},{x * y!r}")
+            table.append(f"{cell},{0.1 + x + 2 * y + 3 * z!r},{y!r},{0 - z!r},{x * y + 0.0!r}")
         text = "\n".join(table) + "\n"
         run("attr", "write", "one", "height", text=text)
         run("attr", "write", "one", "speed", text=text)
-        run("attr", "set", "one", "mass", 64, "--all")
+        run("attr", "set", "one", "mass", 60, "--all")
         run("attr", "set", "one", "count", -3, "--box", "0,0,0", "2,2,2")
         run("attr", "set", "one", "rock", "k\u00e4se, \"hart\"", "--box", "-2,-2,-2", "0,0,0")
         run("attr", "set", "one", "rock", "basalt", "--box", "0,-2,-2", "2,0,2")
@@ -116,7 +116,9 @@ class RoundTrip(unittest.TestCase):
 
     def check_equal(self, what):
         for attribute in self.ATTRIBUTES:
-            self.assertEqual(self.values("one", attribute), self.values("two", attribute), (what, attribute))
+            one, two = self.values("one", attribute), self.values("two", attribute)
+            differing = [(cell, one.get(cell), two.get(cell)) for cell in one.keys() | two.keys() if one.get(cell) != two.get(cell)]
+            self.assertEqual(differing[:5], [], (what, attribute, len(differing)))
 
     def reset(self):
         """Other values than those of the file."""
@@ -134,7 +136,7 @@ class RoundTrip(unittest.TestCase):
             self.assertAlmostEqual(float(height[cell][0]), wanted, places=12)
         levels = rows(run("attr", "read", "one", "mass", "@level", "--all", "-o", "csv"))
         for cell, (mass, level) in levels.items():
-            self.assertEqual(float(mass), 64 / 8 ** int(level), cell)
+            self.assertEqual(float(mass), 60 / 8 ** int(level), cell)
         self.assertEqual({level for _, level in levels.values()}, {"0", "1", "2"})
         marks = self.values("one", "mark")
         self.assertEqual({mark for mark, in marks.values()}, {"old", ""})
