@@ -251,7 +251,10 @@ TEST_P(NavigateSurfaces, HasTheSameCells) {
 TEST_P(NavigateSurfaces, OrbitsIncidentAndAdjacentCellsAndRings) {
   for (int k = 0; k < kQuestions; ++k) {
     const unsigned i = static_cast<unsigned>(random_() % 4), j = static_cast<unsigned>(random_() % 4);
-    const CellId cell = AnyCell(i);
+    // One id may name two orbits, where parts of the mesh touch only at a vertex or along an edge: then
+    // either may be meant.
+    CellId cell = AnyCell(i);
+    while (whole_.Close(cell, {i}, i).size() != whole_.DartsOf(i, cell).size()) cell = AnyCell(i);
     SCOPED_TRACE(cell.ToString());
     // The whole orbit, by name, which is incident cells, too.
     v1::ExploreRequest orbit = About(cell, {i}, 0);
