@@ -11,6 +11,7 @@
 
 #include "core/map/cube_grid.h"
 #include "core/map/gather.h"
+#include "core/navigate/dart_key_testing.h"
 #include "core/navigate/memory_access.h"
 #include "gtest/gtest.h"
 
@@ -19,27 +20,7 @@ namespace {
 
 constexpr size_t kMost = 1 << 20;
 
-// A dart whatever the map it is in: the number of its n-cell, and its place in a walk through that cell.
-using Key = std::pair<uint64_t, uint32_t>;
-
-template <class Types>
-std::map<DartIndex, Key> KeysOf(typename Types::Lcc& map) {
-  std::map<DartIndex, Key> keys;
-  auto& cells = map.template attributes<Types::n>();
-  for (auto it = cells.begin(); it != cells.end(); ++it) {
-    const auto& info = map.template info_of_attribute<Types::n>(it);
-    std::vector<typename Types::Dart> queue = {info.reference};
-    keys[IndexOf(map, info.reference)] = {info.id.initial(), 0};
-    for (uint32_t i = 0; i < queue.size(); ++i) {
-      for (unsigned b = 1; b < Types::n; ++b) {
-        const auto next = map.beta(queue[i], static_cast<int>(b));
-        const Key key{info.id.initial(), static_cast<uint32_t>(queue.size())};
-        if (keys.emplace(IndexOf(map, next), key).second) queue.push_back(next);
-      }
-    }
-  }
-  return keys;
-}
+using Key = DartKey;
 
 template <class Types>
 class ClosureTest : public testing::Test {
@@ -69,11 +50,11 @@ class ClosureTest : public testing::Test {
         random() % 2 == 0);
     ASSERT_TRUE(cut.ok()) << cut.status();
     blocks_ = *std::move(cut);
-    whole_keys_ = KeysOf<Types>(map);
+    whole_keys_ = DartKeysOf<Types>(map);
     places_.clear();
     block_keys_.clear();
     for (auto& block : blocks_) {
-      block_keys_.push_back(KeysOf<Types>(block->map()));
+      block_keys_.push_back(DartKeysOf<Types>(block->map()));
       for (const auto& [d, key] : block_keys_.back()) places_[key] = {block->id(), d};
     }
     ASSERT_EQ(places_.size(), whole_keys_.size());

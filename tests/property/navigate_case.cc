@@ -14,6 +14,7 @@
 #include "core/map/gather.h"
 #include "core/map/walk.h"
 #include "core/navigate/closure.h"
+#include "core/navigate/dart_key_testing.h"
 #include "core/navigate/memory_access.h"
 
 namespace ndmap {
@@ -23,28 +24,8 @@ constexpr size_t kMost = 1 << 20;
 constexpr int kStarts = 3;
 constexpr int kWordsAStart = 4;
 
-// A dart whatever the map it is in: the number of its n-cell, and its place in a walk through that cell.
-using Key = std::pair<uint64_t, uint32_t>;
+using Key = DartKey;
 using Keys = std::set<Key>;
-
-template <class Types>
-std::map<DartIndex, Key> KeysOf(typename Types::Lcc& map) {
-  std::map<DartIndex, Key> keys;
-  auto& cells = map.template attributes<Types::n>();
-  for (auto it = cells.begin(); it != cells.end(); ++it) {
-    const auto& info = map.template info_of_attribute<Types::n>(it);
-    std::vector<typename Types::Dart> queue = {info.reference};
-    keys[IndexOf(map, info.reference)] = {info.id.initial(), 0};
-    for (uint32_t i = 0; i < queue.size(); ++i) {
-      for (unsigned b = 1; b < Types::n; ++b) {
-        const auto next = map.beta(queue[i], static_cast<int>(b));
-        const Key key{info.id.initial(), static_cast<uint32_t>(queue.size())};
-        if (keys.emplace(IndexOf(map, next), key).second) queue.push_back(next);
-      }
-    }
-  }
-  return keys;
-}
 
 template <class Types>
 class Case {
@@ -100,10 +81,10 @@ class Case {
     auto cut = CutMap<Types>(map, count, block, Random(2) == 0);
     if (!cut.ok()) return cut.status();
     blocks_ = *std::move(cut);
-    for (const auto& [d, key] : KeysOf<Types>(map)) whole_darts_[key] = d;
-    whole_keys_ = KeysOf<Types>(map);
+    for (const auto& [d, key] : DartKeysOf<Types>(map)) whole_darts_[key] = d;
+    whole_keys_ = DartKeysOf<Types>(map);
     for (auto& b : blocks_) {
-      block_keys_.push_back(KeysOf<Types>(b->map()));
+      block_keys_.push_back(DartKeysOf<Types>(b->map()));
       for (const auto& [d, key] : block_keys_.back()) places_[key] = {b->id(), d};
     }
     if (places_.size() == whole_keys_.size()) return absl::OkStatus();
