@@ -57,9 +57,8 @@ def volumes(folder):
         points = vtk_to_numpy(grid.GetPoints().GetData())
         corners = points[vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 8)]
         low, high = corners.min(axis=1), corners.max(axis=1)
-        # Boxes, but for the last bit: the centre of a volume is the rounded mean of eight corners.
-        off = np.minimum(corners - low[:, None, :], high[:, None, :] - corners).max(axis=(1, 2))
-        assert np.all(off <= 1e-9 * (high - low).min(axis=1)), "a cell is not a box"
+        off = np.minimum(corners - low[:, None, :], high[:, None, :] - corners)
+        assert np.all(off == 0), "a cell is not a box"
         size = np.prod(high - low, axis=1)
         state = vtk_to_numpy(grid.GetCellData().GetArray("state"))
         for s in (INSIDE, CUT):

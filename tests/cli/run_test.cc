@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -154,14 +155,15 @@ json OctreeCount(const std::string& surface, const std::string& grid, const std:
 }
 
 // One and four blocks make what the octree counts, and the same map.
-void ExpectWhatTheOctreeCounts(const std::string& surface, const std::string& grid) {
-  const json expected = OctreeCount(surface, grid, "3");
+void ExpectWhatTheOctreeCounts(const std::string& surface, const std::string& grid,
+                               const std::string& depth = "3") {
+  const json expected = OctreeCount(surface, grid, depth);
   ASSERT_TRUE(expected.is_object());
   EXPECT_GT(expected["inside"], 0);
   json first;
   for (const char* blocks : {"1", "4"}) {
     const Outcome outcome =
-        Ndmap({"run", surface, "--grid", grid, "--depth", "3", "--blocks", blocks, "--json"});
+        Ndmap({"run", surface, "--grid", grid, "--depth", depth, "--blocks", blocks, "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const json run = outcome.json();
     EXPECT_EQ(run["valid"], true);
@@ -175,6 +177,16 @@ TEST_F(RunTest, OneAndFourBlocksMakeWhatAnOctreeCounts) {
   const std::string knot = folder_ / "knot.off";
   ASSERT_EQ(Ndmap({"sample", "knot", "-o", knot, "--triangles", "3000"}).code, 0);
   ExpectWhatTheOctreeCounts(knot, "9x9x5");
+}
+
+// Its sides lie in planes of the grid's hexahedra, so a centre that is off by an ulp makes boxes meet what
+// they should not.
+TEST_F(RunTest, SidesInThePlanesOfTheGridAreCountedAsTheOctreeDoes) {
+  const std::string tetrahedron = folder_ / "tetrahedron.off";
+  std::ofstream(tetrahedron) << "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                                "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  ExpectWhatTheOctreeCounts(tetrahedron, "4x4x4", "2");
+  ExpectWhatTheOctreeCounts(tetrahedron, "3x5x7", "3");
 }
 
 #ifdef NDMAP_MESHES

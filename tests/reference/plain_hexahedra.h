@@ -160,18 +160,20 @@ class PlainHexahedra {
     return Point((a.x() + b.x()) / 2, (a.y() + b.y()) / 2, (a.z() + b.z()) / 2);
   }
 
-  // Independent of the numbering of the corners: each coordinate's values are added in ascending order.
+  // Independent of which corner is number 0, and the middle of a box to the bit: along each coordinate the
+  // middles of the four diagonals in ascending order, then the mean of the means of two.
   static Point Centre(const std::array<Point, 8>& corners) {
-    std::array<double, 3> sum;
-    for (int c = 0; c < 3; ++c) {
-      std::array<double, 8> values;
-      for (int i = 0; i < 8; ++i) values[i] = corners[i][c];
-      std::sort(values.begin(), values.end());
-      sum[c] = values[0];
-      for (int i = 1; i < 8; ++i) sum[c] += values[i];
-      sum[c] /= 8;
+    std::array<std::array<double, 4>, 3> middles;
+    for (int i = 0; i < 4; ++i) {
+      const Point middle = Midpoint(corners[i], corners[7 - i]);
+      for (int c = 0; c < 3; ++c) middles[c][i] = middle[c];
     }
-    return Point(sum[0], sum[1], sum[2]);
+    std::array<double, 3> mean;
+    for (int c = 0; c < 3; ++c) {
+      std::sort(middles[c].begin(), middles[c].end());
+      mean[c] = ((middles[c][0] + middles[c][1]) / 2 + (middles[c][2] + middles[c][3]) / 2) / 2;
+    }
+    return Point(mean[0], mean[1], mean[2]);
   }
 
   Dart InsertVertex(Dart edge, const Point& point, int level) {

@@ -19,16 +19,16 @@ inline Point3 FaceCentre(const std::array<Point3, 4>& corners) {
   return Midpoint(Midpoint(corners[0], corners[2]), Midpoint(corners[1], corners[3]));
 }
 
-// Corners in any order: the eight values of each coordinate sorted, added, divided by 8.
+// Corners by corner number (x + 2y + 4z, from any corner): for each coordinate the midpoints of the four
+// diagonals, sorted, and halved twice. On a box all four are the midpoint of its two sides, to the bit, so
+// the hexahedra of a grid stay boxes at every level; a sum of all eight values rounds otherwise.
 inline Point3 VolumeCentre(const std::array<Point3, 8>& corners) {
   Point3 centre{};
   for (int c = 0; c < 3; ++c) {
-    std::array<double, 8> values;
-    for (int i = 0; i < 8; ++i) values[i] = corners[i][c];
+    std::array<double, 4> values;
+    for (int i = 0; i < 4; ++i) values[i] = (corners[i][c] + corners[7 - i][c]) / 2;
     std::sort(values.begin(), values.end());
-    double sum = values[0];
-    for (int i = 1; i < 8; ++i) sum += values[i];
-    centre[c] = sum / 8;
+    centre[c] = ((values[0] + values[1]) / 2 + (values[2] + values[3]) / 2) / 2;
   }
   return centre;
 }
