@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/aggregate_wire.h"
+#include "server/attribute_gates.h"
 #include "server/attribute_reads.h"
 #include "server/block_aggregator.h"
 
@@ -12,10 +13,6 @@ namespace ndmap::server {
 namespace {
 
 using Async = v1::BlockService::StubInterface::async_interface;
-
-absl::Status Changed() {
-  return absl::AbortedError("the map's attributes were brought up to date during the question: ask again");
-}
 
 }  // namespace
 
@@ -49,7 +46,7 @@ absl::StatusOr<AttributeAggregates::Part> AttributeAggregates::Here(const v1::Ag
         [&](Block3& block, AttributeStore& store) -> absl::StatusOr<bool> {
           absl::StatusOr<uint64_t> update = (*gates)->Update();
           if (!update.ok()) return update.status();
-          if (*update != part.update) return Changed();
+          if (*update != part.update) return AttributesChanged();
           return aggregator.Step(block, store);
         },
         caller.Gone());
@@ -95,7 +92,7 @@ absl::Status AttributeAggregates::Once(const v1::AggregateRequest& question, con
   const AskedColumn* column = part->column ? &*part->column : nullptr;
   const size_t components = column == nullptr ? 0 : column->width();
   for (const v1::AggregateBlocksResponse& answer : *answers) {
-    if (answer.update() != part->update) return Changed();
+    if (answer.update() != part->update) return AttributesChanged();
     absl::StatusOr<Aggregates> theirs = FromWire(answer, components, question.bins());
     if (!theirs.ok()) return theirs.status();
     if (absl::Status s = MergeInto(*theirs, part->aggregates); !s.ok()) return s;

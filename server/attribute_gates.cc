@@ -10,7 +10,7 @@ namespace ndmap::server {
 namespace {
 
 // The phase is short: so long reads and writes wait for its end before they are told to come again.
-constexpr absl::Duration kPatience = absl::Seconds(2);
+constexpr absl::Duration kPhasePatience = absl::Seconds(2);
 // What is applied belongs to a part under way: another server is only a moment behind with its phase.
 constexpr absl::Duration kApplyPatience = absl::Seconds(8);
 
@@ -20,6 +20,10 @@ absl::Status InPhase() {
 
 }  // namespace
 
+absl::Status AttributesChanged() {
+  return absl::AbortedError("the map\'s attributes were brought up to date during the question: ask again");
+}
+
 absl::Status AttributeGates::BeginPart() {
   {
     absl::MutexLock lock(&mutex_);
@@ -27,7 +31,7 @@ absl::Status AttributeGates::BeginPart() {
     const auto free = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return in_phase_ || !part_; };
     // Parts end, each after some seconds at most; the phase is waited for a while.
     do {
-      if (!mutex_.AwaitWithTimeout(absl::Condition(&open), kPatience)) return InPhase();
+      if (!mutex_.AwaitWithTimeout(absl::Condition(&open), kPhasePatience)) return InPhase();
       mutex_.Await(absl::Condition(&free));
     } while (in_phase_);
     part_ = true;

@@ -16,6 +16,9 @@
 
 namespace ndmap::server {
 
+// ABORTED: the answer to a question between whose parts the phase "attributes" ran.
+absl::Status AttributesChanged();
+
 class AttributeGates {
  public:
   // --- At the server of block 0. ---

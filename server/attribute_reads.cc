@@ -11,17 +11,17 @@
 namespace ndmap::server {
 namespace {
 
-constexpr int kAttempts = 5;
+constexpr int kReadAttempts = 5;
 constexpr absl::Duration kPause = absl::Milliseconds(10);
 
-using Reader = grpc::ClientReader<v1::ReadBlocksResponse>;
+using BlockReader = grpc::ClientReader<v1::ReadBlocksResponse>;
 
 // A stream of parts from another server.
 struct PartStream {
   std::string address;
   std::shared_ptr<v1::BlockService::Stub> stub;
   std::unique_ptr<grpc::ClientContext> context;
-  std::unique_ptr<Reader> reader;
+  std::unique_ptr<BlockReader> reader;
 
   PartStream(PeerStubs& peers, const std::string& to, const v1::ReadBlocksRequest& request,
              const Caller& caller)
@@ -277,7 +277,7 @@ absl::StatusOr<v1::CellSelection::Ids> IdsOfQuery(Explorer& explorer, v1::Explor
 }
 
 bool TryAgain(int k, const Caller& caller) {
-  if (k >= kAttempts || caller.gone()) return false;
+  if (k >= kReadAttempts || caller.gone()) return false;
   absl::SleepFor(k * kPause);
   return true;
 }

@@ -5,6 +5,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "server/attribute_gates.h"
 #include "service/attributes.h"
 
 namespace ndmap::server {
@@ -13,21 +14,18 @@ namespace {
 // Looking up an id takes longer than going on to the next row.
 constexpr size_t kIdsAStep = 2048;
 constexpr size_t kWritesAStep = 4096;
-constexpr absl::Duration kPatience = absl::Seconds(2);
-
-absl::Status Changed() {
-  return absl::AbortedError("the map's attributes were brought up to date during the question: ask again");
-}
+constexpr absl::Duration kReadPatience = absl::Seconds(2);
 
 CellId IdAt(const v1::CellSelection::Ids& ids, size_t k) {
   return CellId::FromWords(ids.hi(static_cast<int>(k)), ids.lo(static_cast<int>(k)));
 }
 
 // One question to the blocks of a server.
-class Reader {
+class RowReader {
  public:
-  Reader(BlockHost& host, AttributeGates& gates, const v1::ReadBlocksRequest& request,
-         AttributeRows::Columns columns, const AttributeRows::Gone& gone, const AttributeRows::TakePart& take)
+  RowReader(BlockHost& host, AttributeGates& gates, const v1::ReadBlocksRequest& request,
+            AttributeRows::Columns columns, const AttributeRows::Gone& gone,
+            const AttributeRows::TakePart& take)
       : host_(host),
         gates_(gates),
         request_(request),
@@ -45,7 +43,7 @@ class Reader {
       auto step = [&](Block3& b, AttributeStore& store) -> absl::StatusOr<bool> {
         absl::StatusOr<uint64_t> update = gates_.Update();
         if (!update.ok()) return update.status();
-        if (*update != columns_.update) return Changed();
+        if (*update != columns_.update) return AttributesChanged();
         absl::StatusOr<RowView> view = RowView::Make(b, store, request_.dimension(), columns_.columns);
         if (!view.ok()) return view.status();
         over = Step(*view);
@@ -235,7 +233,7 @@ absl::StatusOr<AttributeRows::Columns> AttributeRows::Resolve(const std::string&
   }
   absl::StatusOr<std::shared_ptr<AttributeGates>> gates = host_->Gates(map);
   if (!gates.ok()) return gates.status();
-  absl::StatusOr<uint64_t> update = (*gates)->Update(kPatience);
+  absl::StatusOr<uint64_t> update = (*gates)->Update(kReadPatience);
   if (!update.ok()) return update.status();
   Columns result;
   result.update = *update;
@@ -261,7 +259,7 @@ absl::Status AttributeRows::Read(const v1::ReadBlocksRequest& request, const Gon
   if (!gates.ok()) return gates.status();
   absl::StatusOr<Columns> columns = Resolve(request.map(), request.dimension(), request.names());
   if (!columns.ok()) return columns.status();
-  Reader reader(*host_, **gates, request, *std::move(columns), gone, take);
+  RowReader reader(*host_, **gates, request, *std::move(columns), gone, take);
   for (uint32_t b : info->blocks) {
     if (absl::Status s = reader.ReadBlock(b); !s.ok()) return s;
   }

@@ -18,7 +18,7 @@ namespace {
 using Async = v1::BlockService::StubInterface::async_interface;
 
 constexpr int kShownMissing = 10;
-constexpr absl::Duration kPatience = absl::Seconds(2);
+constexpr absl::Duration kWritePatience = absl::Seconds(2);
 
 Column* FindColumn(AttributeStore& store, uint64_t number) {
   for (unsigned i = 0; i < 4; ++i) {
@@ -83,7 +83,8 @@ absl::StatusOr<AttributeWrites::Target> AttributeWrites::Find(const std::string&
   }
   absl::StatusOr<std::shared_ptr<AttributeGates>> gates = host_->Gates(map);
   if (!gates.ok()) return gates.status();
-  if (absl::StatusOr<uint64_t> update = (*gates)->Update(kPatience); !update.ok()) return update.status();
+  if (absl::StatusOr<uint64_t> update = (*gates)->Update(kWritePatience); !update.ok())
+    return update.status();
   Target target;
   target.map = map;
   target.info = *std::move(info);

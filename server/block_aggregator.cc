@@ -14,7 +14,7 @@ namespace {
 
 // Exact sums take some hundred nanoseconds a value.
 constexpr size_t kValuesAStep = 2048;
-constexpr size_t kHexahedraAStep = 256;
+constexpr size_t kAggregatedHexahedraAStep = 256;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ absl::StatusOr<bool> BlockAggregator::Step(Block3& block, const AttributeStore& 
   if (block.version() != version_) {
     return absl::AbortedError(absl::StrCat("block ", block.id().value, " changed during the question"));
   }
-  size_t left = kHexahedraAStep;
+  size_t left = kAggregatedHexahedraAStep;
   absl::Status status;
   const bool over = cells_->Next(&left, [&](Block3::Types::Cell cell) {
     if (status.ok()) status = AddHexahedron(*view, cell);

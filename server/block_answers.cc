@@ -22,7 +22,7 @@ constexpr size_t kHexahedraAStep = 300;
 bool IsFinite(const v1::Point& p) {
   return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
 }
-Point3 FromWire(const v1::Point& p) { return {p.x(), p.y(), p.z()}; }
+Point3 PointOf(const v1::Point& p) { return {p.x(), p.y(), p.z()}; }
 
 absl::Status BadPoint(const v1::Point& p) {
   return absl::InvalidArgumentError(
@@ -33,7 +33,7 @@ absl::Status BadPoint(const v1::Point& p) {
 absl::StatusOr<Box3> BoxOf(const v1::Anchor& anchor) {
   if (anchor.has_point()) {
     if (!IsFinite(anchor.point())) return BadPoint(anchor.point());
-    return Box3{FromWire(anchor.point()), FromWire(anchor.point())};
+    return Box3{PointOf(anchor.point()), PointOf(anchor.point())};
   }
   const v1::Box& box = anchor.box();
   for (const v1::Point& p : {box.lo(), box.hi()}) {
@@ -42,7 +42,7 @@ absl::StatusOr<Box3> BoxOf(const v1::Anchor& anchor) {
   if (box.lo().x() > box.hi().x() || box.lo().y() > box.hi().y() || box.lo().z() > box.hi().z()) {
     return absl::InvalidArgumentError("a box whose low corner is above its high corner");
   }
-  return Box3{FromWire(box.lo()), FromWire(box.hi())};
+  return Box3{PointOf(box.lo()), PointOf(box.hi())};
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ absl::Status BlockAnswers::Expand(const Asked& asked, v1::AskBlockResponse& resp
       const bool after = seed.has_after_label();
       seeds.push_back({after ? OrbitSeed::Kind::kAfterLabel : OrbitSeed::Kind::kLabel,
                        {},
-                       server::FromWire(after ? seed.after_label() : seed.label())});
+                       FromWire(after ? seed.after_label() : seed.label())});
     }
   }
   for (uint32_t d : question.darts()) seeds.push_back({OrbitSeed::Kind::kDart, DartIndex{d}, {}});
@@ -265,7 +265,7 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
       for (const CellIndex::Entry* entry : (*index)->Meeting(*box)) add(entry->reference, 0, CellId());
     } else if (anchor.has_nearest_vertex()) {
       if (!IsFinite(anchor.nearest_vertex())) return BadPoint(anchor.nearest_vertex());
-      const NearestVertex v = FindNearestVertex(block, **index, **initial, FromWire(anchor.nearest_vertex()));
+      const NearestVertex v = FindNearestVertex(block, **index, **initial, PointOf(anchor.nearest_vertex()));
       if (v.dart.valid()) add(v.dart, v.distance, v.id);
     } else if (anchor.at_case() == v1::Anchor::kBlock) {
       for (auto it = map.darts().begin(); it != map.darts().end(); ++it) {

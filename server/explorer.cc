@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMaxAnchors = 1 << 16;
 constexpr int kMaxClosures = 64;
-constexpr int kAttempts = 4;
+constexpr int kExploreAttempts = 4;
 constexpr char kLimitFlag[] = "--max-query-darts";
 // Cells or darts in a part of an answer: some hundred kilobytes.
 constexpr size_t kPart = 1 << 15;
@@ -272,7 +272,7 @@ absl::Status Explorer::Explore(const v1::ExploreRequest& request, const std::fun
       std::any_of(request.anchors().begin(), request.anchors().end(),
                   [](const v1::Anchor& anchor) { return anchor.has_dart() && anchor.dart().version() != 0; });
   absl::StatusOr<std::vector<v1::ExploreResponse>> parts = absl::AbortedError("");
-  for (int k = 0; k < kAttempts; ++k) {
+  for (int k = 0; k < kExploreAttempts; ++k) {
     parts = Once(request, gone);
     const bool changed =
         absl::IsAborted(parts.status()) || (absl::IsFailedPrecondition(parts.status()) && !names_version);

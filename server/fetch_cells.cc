@@ -19,7 +19,7 @@ constexpr uint64_t kPartDarts = 100000;
 // Hexahedra in a chunk.
 constexpr uint32_t kChunk = 2048;
 // A step takes about a millisecond.
-constexpr size_t kDartsAStep = 5000;
+constexpr size_t kFetchedDartsAStep = 5000;
 
 // Reads a chunk part by part. A part may end within a hexahedron: one beside much finer ones has any number
 // of darts.
@@ -47,7 +47,7 @@ class ChunkReader {
   absl::StatusOr<bool> Step(Block3& block) {
     absl::Status status = version_ == 0 ? Begin(block) : CheckUnchanged(block, version_);
     if (!status.ok()) return status;
-    for (size_t k = 0; k < kDartsAStep && in_part_ < part_darts_; ++k) {
+    for (size_t k = 0; k < kFetchedDartsAStep && in_part_ < part_darts_; ++k) {
       const Dart d = Next(block.map());
       over_ = d == Lcc::null_handle;
       if (over_) return true;

@@ -12,7 +12,7 @@ namespace ndmap::server {
 namespace {
 
 // About a millisecond's work.
-constexpr size_t kHexahedraAStep = 200;
+constexpr size_t kExportedHexahedraAStep = 200;
 
 // NOT_FOUND for a name of no attribute, INVALID_ARGUMENT for one of edges or faces.
 absl::Status CheckAttribute(const std::string& name, const AttributeStore& attributes) {
@@ -40,7 +40,7 @@ class VtuPieceBuilder final : public PieceBuilder {
       }
     }
     begun_ = true;
-    return piece_.Step(block, kHexahedraAStep, none ? nullptr : &attributes);
+    return piece_.Step(block, kExportedHexahedraAStep, none ? nullptr : &attributes);
   }
   absl::Status Write(const PieceSink& sink) override {
     return WriteVtu(piece_.piece(), [&sink](absl::string_view bytes) {

@@ -15,7 +15,7 @@
 namespace ndmap::server {
 namespace {
 
-constexpr int kAttempts = 4;
+constexpr int kWalkAttempts = 4;
 // Starts times letters: about a second of work.
 constexpr size_t kMaxBetas = 1 << 24;
 
@@ -192,7 +192,7 @@ absl::Status Walks::Walk(const v1::WalkRequest& request, const std::function<boo
   if (!info.ok()) return info.status();
   RemoteBlocks blocks(request.map(), *std::move(info), host_->address(), answers_, peers_, gone, max_darts_);
   absl::Status status;
-  for (int k = 0; k < kAttempts; ++k) {
+  for (int k = 0; k < kWalkAttempts; ++k) {
     response.Clear();
     status = Rounds(request, blocks, response).Run();
     // A version that the client did not name is one that this attempt met itself.

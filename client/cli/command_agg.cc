@@ -22,7 +22,7 @@
 namespace ndmap::cli {
 namespace {
 
-struct Options {
+struct AggregateOptions {
   std::string map, name, by, histogram, levels, output;
   std::optional<uint32_t> dimension;
   bool integral = false;
@@ -52,7 +52,7 @@ std::string CheckBy(const std::string& by) {
   return absl::StrCat("'", by, "', expected level, block or category:NAME");
 }
 
-absl::StatusOr<v1::AggregateRequest> Question(const MapHandle& map, const Options& options) {
+absl::StatusOr<v1::AggregateRequest> Question(const MapHandle& map, const AggregateOptions& options) {
   v1::AggregateRequest question;
   question.set_name(options.name);
   question.set_dimension(options.dimension.value_or(3));
@@ -222,7 +222,7 @@ std::string AsText(const std::vector<v1::Aggregate>& groups, const v1::Aggregate
   return text;
 }
 
-absl::StatusOr<int> Aggregate(Context& context, const Options& options) {
+absl::StatusOr<int> Aggregate(Context& context, const AggregateOptions& options) {
   absl::StatusOr<bool> csv = WantsCsv(context, options.output);
   if (!csv.ok()) return csv.status();
   absl::StatusOr<MapHandle> map = context.OpenMap(options.map);
@@ -249,7 +249,7 @@ absl::StatusOr<int> Aggregate(Context& context, const Options& options) {
 }  // namespace
 
 void AddAggregateCommand(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AggregateOptions>();
   CLI::App* command =
       AddCommand(app, "agg", "count, sum, mean, extremes, histogram and integral of an attribute",
                  "ndmap agg bunny temperature --by level --histogram 10:0:100");

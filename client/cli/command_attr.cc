@@ -22,14 +22,14 @@
 namespace ndmap::cli {
 namespace {
 
-struct Options {
+struct AttrOptions {
   std::string map, name, type = "double", split = "copy", fill, value, output;
   uint32_t dimension = 3;
   bool has_dimension = false;
   std::vector<std::string> names;
   CellChoice cells;
 };
-using Shared = std::shared_ptr<Options>;
+using Shared = std::shared_ptr<AttrOptions>;
 
 void AddMapArgument(CLI::App* command, const Shared& options) {
   command->add_option("MAP", options->map, "name of the map")->required();
@@ -49,7 +49,7 @@ absl::StatusOr<int> PrintJobOf(Context& context, const absl::StatusOr<JobHandle>
   return 0;
 }
 
-absl::StatusOr<int> Define(Context& context, const MapHandle& map, const Options& options) {
+absl::StatusOr<int> Define(Context& context, const MapHandle& map, const AttrOptions& options) {
   NewAttribute attribute(options.name);
   const v1::ValueType type = ValueTypeOf(options.type);
   attribute.OnCells(options.dimension).OfType(type).Split(SplitRuleOf(options.split));
@@ -67,7 +67,7 @@ absl::StatusOr<int> Define(Context& context, const MapHandle& map, const Options
   return PrintJobOf(context, map.DefineAttribute(attribute));
 }
 
-absl::StatusOr<int> Drop(Context& context, const MapHandle& map, const Options& options) {
+absl::StatusOr<int> Drop(Context& context, const MapHandle& map, const AttrOptions& options) {
   return PrintJobOf(context, map.DropAttribute(options.name));
 }
 
@@ -89,7 +89,8 @@ AttributeColumn FillOf(const v1::Attribute& attribute) {
       .value_or(AttributeColumn());
 }
 
-absl::StatusOr<int> List(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> ListAttributes(Context& context, const MapHandle& map, const AttrOptions& options,
+                                   bool csv) {
   std::vector<std::vector<std::string>> rows = {{"name", "cells", "type", "split", "fill"}};
   Table table({"<name", "<cells", "<type", "<split", "fill"});
   Json all = Json::array();
@@ -112,7 +113,7 @@ absl::StatusOr<int> List(Context& context, const MapHandle& map, const Options& 
 }
 
 // The dimension of all names, told or known. FAILED_PRECONDITION of cells when they are of several.
-absl::StatusOr<uint32_t> DimensionOfNames(const MapHandle& map, const Options& options) {
+absl::StatusOr<uint32_t> DimensionOfNames(const MapHandle& map, const AttrOptions& options) {
   std::vector<v1::Attribute> known(map.info().attributes().begin(), map.info().attributes().end());
   uint32_t dimension = options.dimension;
   std::string first;
@@ -216,7 +217,7 @@ class ValueRows {
   std::vector<std::string> missing_ids_;
 };
 
-absl::StatusOr<int> Read(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> Read(Context& context, const MapHandle& map, const AttrOptions& options, bool csv) {
   absl::StatusOr<uint32_t> dimension = DimensionOfNames(map, options);
   if (!dimension.ok()) return dimension.status();
   absl::StatusOr<v1::CellSelection> select = SelectionOf(options.cells, *dimension);
@@ -232,7 +233,7 @@ absl::StatusOr<int> Read(Context& context, const MapHandle& map, const Options& 
   return 0;
 }
 
-absl::StatusOr<int> Set(Context& context, const MapHandle& map, const Options& options) {
+absl::StatusOr<int> Set(Context& context, const MapHandle& map, const AttrOptions& options) {
   absl::StatusOr<v1::Attribute> attribute = FindAttribute(
       {map.info().attributes().begin(), map.info().attributes().end()}, map.name(), options.name);
   if (!attribute.ok()) return attribute.status();
@@ -243,12 +244,12 @@ absl::StatusOr<int> Set(Context& context, const MapHandle& map, const Options& o
   return PrintWritten(context, map.name(), *attribute, map.SetAttribute(options.name, *select, *value));
 }
 
-using Answer = std::function<absl::StatusOr<int>(Context&, const MapHandle&, const Options&)>;
-using AnswerInRows = std::function<absl::StatusOr<int>(Context&, const MapHandle&, const Options&, bool)>;
+using AttrAnswer = std::function<absl::StatusOr<int>(Context&, const MapHandle&, const AttrOptions&)>;
+using AnswerInRows = std::function<absl::StatusOr<int>(Context&, const MapHandle&, const AttrOptions&, bool)>;
 
 // A command below "attr" about a map.
 CLI::App* AddBelow(CLI::App& attr, Action& action, const char* name, const char* what, const char* example,
-                   const Shared& options, Answer answer) {
+                   const Shared& options, AttrAnswer answer) {
   CLI::App* command = AddCommand(attr, name, what, example);
   AddMapArgument(command, options);
   command->callback([&action, options, answer = std::move(answer)] {
@@ -265,7 +266,7 @@ CLI::App* AddBelowInRows(CLI::App& attr, Action& action, const char* name, const
                          const char* example, const Shared& options, AnswerInRows answer) {
   CLI::App* command =
       AddBelow(attr, action, name, what, example, options,
-               [answer](Context& context, const MapHandle& map, const Options& o) -> absl::StatusOr<int> {
+               [answer](Context& context, const MapHandle& map, const AttrOptions& o) -> absl::StatusOr<int> {
                  absl::StatusOr<bool> csv = WantsCsv(context, o.output);
                  if (!csv.ok()) return csv.status();
                  return answer(context, map, o, *csv);
@@ -275,7 +276,7 @@ CLI::App* AddBelowInRows(CLI::App& attr, Action& action, const char* name, const
 }
 
 void AddDefine(CLI::App& attr, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AttrOptions>();
   CLI::App* command =
       AddBelow(attr, action, "define", "a new attribute, with its fill value on every cell",
                "ndmap attr define bunny temperature --dim 0 --split mean --fill 20", options, Define);
@@ -314,15 +315,15 @@ void AddAttributeCommands(CLI::App& app, Action& action) {
   attr->require_subcommand(1);
   AddDefine(*attr, action);
 
-  auto drop = std::make_shared<Options>();
+  auto drop = std::make_shared<AttrOptions>();
   AddNameArgument(AddBelow(*attr, action, "drop", "forget an attribute and its values",
                            "ndmap attr drop bunny temperature", drop, Drop),
                   drop);
 
   AddBelowInRows(*attr, action, "list", "the attributes of a map", "ndmap attr list bunny -o csv",
-                 std::make_shared<Options>(), List);
+                 std::make_shared<AttrOptions>(), ListAttributes);
 
-  auto read = std::make_shared<Options>();
+  auto read = std::make_shared<AttrOptions>();
   CLI::App* command =
       AddBelowInRows(*attr, action, "read", "values of cells (exit code 1: the map has not all of the ids)",
                      "ndmap attr read bunny temperature @point --all -o csv", read, Read);
@@ -337,7 +338,7 @@ void AddAttributeCommands(CLI::App& app, Action& action) {
 
   AddWriteCommand(*attr, action);
 
-  auto set = std::make_shared<Options>();
+  auto set = std::make_shared<AttrOptions>();
   command = AddBelow(*attr, action, "set", "one value for many cells (exit code 1: some ids are not there)",
                      "ndmap attr set bunny material rock --box 0,0,0 1,1,1", set, Set);
   AddNameArgument(command, set);

@@ -22,22 +22,22 @@
 namespace ndmap::cli {
 namespace {
 
-struct Options {
+struct WriteOptions {
   std::string map, name, from, array;
 };
 
 // Which columns of a CSV file hold what.
-struct Columns {
+struct FileColumns {
   size_t id = 0;
   std::vector<size_t> values;
 };
 
-absl::StatusOr<Columns> ColumnsOf(const CsvReader& csv, const std::vector<std::string>& titles,
-                                  const v1::Attribute& attribute, const std::string& name) {
+absl::StatusOr<FileColumns> ColumnsOf(const CsvReader& csv, const std::vector<std::string>& titles,
+                                      const v1::Attribute& attribute, const std::string& name) {
   const auto find = [&](const std::string& title) {
     return static_cast<size_t>(std::find(titles.begin(), titles.end(), title) - titles.begin());
   };
-  Columns columns;
+  FileColumns columns;
   columns.id = std::min(find("id"), find("cell"));
   for (const std::string& title : Titles(name, attribute.type())) columns.values.push_back(find(title));
   const auto there = [&](size_t column) { return column < titles.size(); };
@@ -56,7 +56,7 @@ absl::StatusOr<ValuesByCell> ReadCsv(std::FILE* stream, const std::string& file,
   absl::StatusOr<bool> more = csv.Next(&row);
   if (!more.ok()) return more.status();
   if (!*more) return csv.Wrong("is empty, expected titles and a row a cell");
-  absl::StatusOr<Columns> columns = ColumnsOf(csv, row, attribute, name);
+  absl::StatusOr<FileColumns> columns = ColumnsOf(csv, row, attribute, name);
   if (!columns.ok()) return columns.status();
   const size_t width = row.size();
   ValuesByCell read;
@@ -80,7 +80,7 @@ absl::StatusOr<ValuesByCell> ReadCsv(std::FILE* stream, const std::string& file,
   return read;
 }
 
-absl::StatusOr<ValuesByCell> ReadValues(Context& context, const MapHandle& map, const Options& options,
+absl::StatusOr<ValuesByCell> ReadValues(Context& context, const MapHandle& map, const WriteOptions& options,
                                         const v1::Attribute& attribute) {
   const std::string& name = options.array.empty() ? attribute.name() : options.array;
   if (options.from.empty()) return ReadCsv(stdin, "standard input", attribute, name);
@@ -95,7 +95,7 @@ absl::StatusOr<ValuesByCell> ReadValues(Context& context, const MapHandle& map, 
   return ReadCsv(file, options.from, attribute, name);
 }
 
-absl::StatusOr<int> Write(Context& context, const Options& options) {
+absl::StatusOr<int> Write(Context& context, const WriteOptions& options) {
   absl::StatusOr<MapHandle> map = context.OpenMap(options.map);
   if (!map.ok()) return map.status();
   const auto& attributes = map->info().attributes();
@@ -111,7 +111,7 @@ absl::StatusOr<int> Write(Context& context, const Options& options) {
 }  // namespace
 
 void AddWriteCommand(CLI::App& attr, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WriteOptions>();
   CLI::App* command =
       AddCommand(attr, "write", "values from CSV or VTU files (exit code 1: some ids are not there)",
                  "ndmap attr read bunny height --all -o csv | ndmap attr write copy height");

@@ -11,7 +11,7 @@ namespace ndmap::cli {
 namespace {
 
 // The walk, begun again when the map changed under it while it went from block to block.
-absl::StatusOr<Traced> Walk(const MapHandle& map, const DartName& name, absl::Span<const uint8_t> word) {
+absl::StatusOr<Traced> TraceWord(const MapHandle& map, const DartName& name, absl::Span<const uint8_t> word) {
   constexpr int kAttempts = 20;
   v1::BetaStart start;
   if (name.any) {
@@ -37,7 +37,7 @@ absl::StatusOr<int> Beta(Context& context, const std::string& name, const std::s
   if (!client.ok()) return client.status();
   absl::StatusOr<MapHandle> map = client->OpenMap(name);
   if (!map.ok()) return map.status();
-  const absl::StatusOr<Traced> traced = Walk(*map, *dart_name, *word);
+  const absl::StatusOr<Traced> traced = TraceWord(*map, *dart_name, *word);
   if (!traced.ok()) return traced.status();
 
   Json json{{"map", name}, {"word", *word}, {"start", DartAsJson(traced->start)}, {"steps", Json::array()}};

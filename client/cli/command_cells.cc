@@ -21,7 +21,7 @@
 namespace ndmap::cli {
 namespace {
 
-struct Options {
+struct CellOptions {
   std::string map, cell, output;
   bool ids = false;
   std::optional<uint32_t> through;
@@ -29,11 +29,13 @@ struct Options {
   std::vector<std::string> points;
 };
 
-using Answer = std::function<absl::StatusOr<int>(Context&, const MapHandle&, const Options&, bool csv)>;
+using CellAnswer =
+    std::function<absl::StatusOr<int>(Context&, const MapHandle&, const CellOptions&, bool csv)>;
 
 // A command about a map; the caller enters further options.
 CLI::App* AddMapQuestion(CLI::App& app, Action& action, const char* name, const char* what,
-                         const char* example, const std::shared_ptr<Options>& options, Answer answer) {
+                         const char* example, const std::shared_ptr<CellOptions>& options,
+                         CellAnswer answer) {
   CLI::App* command = AddCommand(app, name, what, example);
   command->add_option("MAP", options->map, "name of the map")->required();
   AddOutputOption(command, &options->output);
@@ -49,37 +51,37 @@ CLI::App* AddMapQuestion(CLI::App& app, Action& action, const char* name, const 
   return command;
 }
 
-void AddCellArgument(CLI::App* command, const std::shared_ptr<Options>& options) {
+void AddCellArgument(CLI::App* command, const std::shared_ptr<CellOptions>& options) {
   command->add_option("CELL", options->cell, "id of a cell: h12/0.3.7, f12:2, e12/0:11, v12:5")
       ->required()
       ->check(CellText());
 }
 
-void AddIdsFlag(CLI::App* command, const std::shared_ptr<Options>& options) {
+void AddIdsFlag(CLI::App* command, const std::shared_ptr<CellOptions>& options) {
   command->add_flag("--ids", options->ids, "only the ids: for many cells");
 }
 
-void AddThroughOption(CLI::App* command, const std::shared_ptr<Options>& options) {
+void AddThroughOption(CLI::App* command, const std::shared_ptr<CellOptions>& options) {
   command
       ->add_option("--through", options->through,
                    "neighbours share a cell of this dimension (default: one below, for vertices edges)")
       ->check(DimensionText());
 }
 
-uint32_t ThroughOf(const Options& options, uint32_t dimension) {
+uint32_t ThroughOf(const CellOptions& options, uint32_t dimension) {
   return options.through.value_or(dimension == 0 ? 1 : dimension - 1);
 }
 
 // What is wrong with arguments that are right one by one; empty if nothing is. A wrong command line like any
 // other.
-using Check = std::string (*)(const Options&);
-void AddCheck(CLI::App* command, const std::shared_ptr<Options>& options, Check check) {
+using Check = std::string (*)(const CellOptions&);
+void AddCheck(CLI::App* command, const std::shared_ptr<CellOptions>& options, Check check) {
   command->parse_complete_callback([options, check] {
     if (const std::string wrong = check(*options); !wrong.empty()) throw CLI::ValidationError(wrong);
   });
 }
 
-std::string CheckThrough(const Options& options) {
+std::string CheckThrough(const CellOptions& options) {
   absl::StatusOr<unsigned> dimension = DimensionOf(options.cell);
   if (!dimension.ok() || ThroughOf(options, *dimension) != *dimension) return "";
   return absl::StrCat("--through ", *dimension, ": ", options.cell, " is of dimension ", *dimension,
@@ -105,8 +107,8 @@ void PrintIds(const Context& context, bool csv, uint32_t dimension, const v1::Ex
 }
 
 // Asks for cells and prints them: `head` begins the JSON object.
-absl::StatusOr<int> PrintCells(const Context& context, const MapHandle& map, const Options& options, bool csv,
-                               v1::ExploreRequest request, Json head) {
+absl::StatusOr<int> PrintCells(const Context& context, const MapHandle& map, const CellOptions& options,
+                               bool csv, v1::ExploreRequest request, Json head) {
   if (!options.ids) request.set_give(v1::GIVE_CELL_DETAILS);
   absl::StatusOr<v1::ExploreResponse> answer = map.Explore(request);
   if (!answer.ok()) return answer.status();
@@ -126,7 +128,7 @@ absl::StatusOr<int> PrintCells(const Context& context, const MapHandle& map, con
   return 0;
 }
 
-absl::StatusOr<int> Cell(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> Cell(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<unsigned> dimension = DimensionOf(options.cell);
   if (!dimension.ok()) return dimension.status();
   v1::ExploreRequest request = CellsAt(CellAnchor(options.cell), *dimension);
@@ -143,7 +145,7 @@ absl::StatusOr<int> Cell(Context& context, const MapHandle& map, const Options& 
   return 0;
 }
 
-absl::StatusOr<int> OrbitOf(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> OrbitOf(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<v1::Anchor> anchor = CellOrDartAnchor(map, options.cell);
   if (!anchor.ok()) return anchor.status();
   absl::StatusOr<v1::ExploreResponse> answer = map.Explore(Orbit(*anchor, options.dimension));
@@ -171,7 +173,7 @@ absl::StatusOr<int> OrbitOf(Context& context, const MapHandle& map, const Option
   return 0;
 }
 
-absl::StatusOr<int> Incident(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> Incident(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<unsigned> own = DimensionOf(options.cell);
   if (!own.ok()) return own.status();
   return PrintCells(context, map, options, csv,
@@ -179,7 +181,7 @@ absl::StatusOr<int> Incident(Context& context, const MapHandle& map, const Optio
                     {{"map", map.name()}, {"cell", options.cell}, {"dimension", options.dimension}});
 }
 
-absl::StatusOr<int> RingOf(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> RingOf(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<unsigned> dimension = DimensionOf(options.cell);
   if (!dimension.ok()) return dimension.status();
   const uint32_t through = ThroughOf(options, *dimension);
@@ -189,7 +191,7 @@ absl::StatusOr<int> RingOf(Context& context, const MapHandle& map, const Options
 }
 
 // One question a point, so that the answer tells which cell is whose. 1 if some point is in no hexahedron.
-absl::StatusOr<int> Locate(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> Locate(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   Json points = Json::array();
   CellRows rows(csv, 3, "point");
   int code = 0;
@@ -215,7 +217,7 @@ absl::StatusOr<int> Locate(Context& context, const MapHandle& map, const Options
   return code;
 }
 
-absl::StatusOr<int> CellsInBox(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> CellsInBox(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<Point> lo = ParsePoint(options.points[0]), hi = ParsePoint(options.points[1]);
   if (!lo.ok()) return lo.status();
   if (!hi.ok()) return hi.status();
@@ -223,7 +225,7 @@ absl::StatusOr<int> CellsInBox(Context& context, const MapHandle& map, const Opt
                     {{"map", map.name()}, {"lo", *lo}, {"hi", *hi}});
 }
 
-absl::StatusOr<int> Nearest(Context& context, const MapHandle& map, const Options& options, bool csv) {
+absl::StatusOr<int> Nearest(Context& context, const MapHandle& map, const CellOptions& options, bool csv) {
   absl::StatusOr<Point> point = ParsePoint(options.points[0]);
   if (!point.ok()) return point.status();
   v1::ExploreRequest request = CellsAt(NearestVertexAnchor(*point), 0);
@@ -244,7 +246,7 @@ absl::StatusOr<int> Nearest(Context& context, const MapHandle& map, const Option
   return 0;
 }
 
-std::string CheckBox(const Options& options) {
+std::string CheckBox(const CellOptions& options) {
   if (options.points.size() != 2) return "";
   absl::StatusOr<Point> lo = ParsePoint(options.points[0]), hi = ParsePoint(options.points[1]);
   for (size_t i = 0; lo.ok() && hi.ok() && i < 3; ++i) {
@@ -256,18 +258,18 @@ std::string CheckBox(const Options& options) {
   return "";
 }
 
-void AddPointArguments(CLI::App* command, const std::shared_ptr<Options>& options, int least, int most,
+void AddPointArguments(CLI::App* command, const std::shared_ptr<CellOptions>& options, int least, int most,
                        const std::string& what) {
   command->add_option("POINT", options->points, what)->required()->expected(least, most)->check(PointText());
 }
 
 void AddCommandsAboutOneCell(CLI::App& app, Action& action) {
-  auto cell = std::make_shared<Options>();
+  auto cell = std::make_shared<CellOptions>();
   AddCellArgument(AddMapQuestion(app, action, "cell", "everything about one cell, by its id",
                                  "ndmap cell bunny h12/0.3", cell, Cell),
                   cell);
 
-  auto orbit = std::make_shared<Options>();
+  auto orbit = std::make_shared<CellOptions>();
   CLI::App* command = AddMapQuestion(app, action, "orbit", "all darts of an i-cell, in all blocks",
                                      "ndmap orbit bunny 0:12 -i 0", orbit, OrbitOf);
   command->add_option("AT", orbit->cell, "a dart, BLOCK:INDEX or BLOCK:any, or the id of a cell")
@@ -279,7 +281,7 @@ void AddCommandsAboutOneCell(CLI::App& app, Action& action) {
       ->required()
       ->check(DimensionText());
 
-  auto incident = std::make_shared<Options>();
+  auto incident = std::make_shared<CellOptions>();
   command = AddMapQuestion(app, action, "incident", "the cells of a dimension that a cell touches",
                            "ndmap incident bunny v12:7 --dim 3", incident, Incident);
   AddCellArgument(command, incident);
@@ -288,7 +290,7 @@ void AddCommandsAboutOneCell(CLI::App& app, Action& action) {
       ->required()
       ->check(DimensionText());
 
-  auto neighbors = std::make_shared<Options>();
+  auto neighbors = std::make_shared<CellOptions>();
   command = AddMapQuestion(app, action, "neighbors", "the neighbours of a cell, whatever block they are in",
                            "ndmap neighbors bunny h12/0.3 --through 0", neighbors, RingOf);
   AddCellArgument(command, neighbors);
@@ -296,7 +298,7 @@ void AddCommandsAboutOneCell(CLI::App& app, Action& action) {
   AddThroughOption(command, neighbors);
   AddCheck(command, neighbors, CheckThrough);
 
-  auto ring = std::make_shared<Options>();
+  auto ring = std::make_shared<CellOptions>();
   command = AddMapQuestion(app, action, "ring", "the cells at most K steps away from a cell",
                            "ndmap ring bunny h12/0.3 2 --through 0", ring, RingOf);
   AddCellArgument(command, ring);
@@ -313,20 +315,20 @@ void AddCommandsAboutOneCell(CLI::App& app, Action& action) {
 void AddCellCommands(CLI::App& app, Action& action) {
   AddCommandsAboutOneCell(app, action);
 
-  auto locate = std::make_shared<Options>();
+  auto locate = std::make_shared<CellOptions>();
   CLI::App* command = AddMapQuestion(app, action, "locate",
                                      "the hexahedra that contain points (exit code 1: some point is in none)",
                                      "ndmap locate bunny 0.1,0.2,0.3 1,0,0", locate, Locate);
   AddPointArguments(command, locate, 1, CLI::detail::expected_max_vector_size, "points X,Y,Z");
 
-  auto box = std::make_shared<Options>();
+  auto box = std::make_shared<CellOptions>();
   command = AddMapQuestion(app, action, "box", "the hexahedra that a box meets",
                            "ndmap box bunny 0,0,0 0.5,0.5,0.5 --ids", box, CellsInBox);
   AddPointArguments(command, box, 2, 2, "lower and upper corner X,Y,Z");
   AddIdsFlag(command, box);
   AddCheck(command, box, CheckBox);
 
-  auto nearest = std::make_shared<Options>();
+  auto nearest = std::make_shared<CellOptions>();
   command = AddMapQuestion(app, action, "nearest", "the vertex nearest to a point",
                            "ndmap nearest bunny 0.1,0.2,0.3", nearest, Nearest);
   AddPointArguments(command, nearest, 1, 1, "the point X,Y,Z");

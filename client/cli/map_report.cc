@@ -17,10 +17,6 @@
 namespace ndmap::cli {
 namespace {
 
-std::string GridText(const v1::Grid& grid) {
-  return grid.cells_size() != 3 ? "" : absl::StrCat(grid.cells(0), "x", grid.cells(1), "x", grid.cells(2));
-}
-
 // By name, in a fixed order whatever protobuf's map does.
 Json Counts(const v1::Report& report) {
   const std::map<std::string, int64_t> sorted(report.counts().begin(), report.counts().end());
@@ -35,6 +31,10 @@ double Seconds(const v1::Job& job) {
 }
 
 }  // namespace
+
+std::string GridText(const v1::Grid& grid) {
+  return grid.cells_size() != 3 ? "" : absl::StrCat(grid.cells(0), "x", grid.cells(1), "x", grid.cells(2));
+}
 
 std::string StateName(v1::JobState state) {
   return absl::AsciiStrToLower(absl::StripPrefix(v1::JobState_Name(state), "JOB_STATE_"));

@@ -16,6 +16,8 @@ std::string JobAsText(const v1::Job& job);
 // "running", "done", ...
 std::string StateName(v1::JobState state);
 std::string StateName(v1::MapState state);
+// "11x11x11"; empty for a map that was not made on a grid.
+std::string GridText(const v1::Grid& grid);
 
 // Exit code 1 if there are findings.
 int PrintCheck(Context& context, const std::string& map, const v1::Report& report);

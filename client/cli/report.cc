@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/job_display.h"
+#include "client/cli/map_report.h"
 #include "client/cli/table.h"
 #include "client/cli/text.h"
 
@@ -122,10 +123,6 @@ void AddSeconds(const RunReport& report, Json& json) {
 
 int64_t Count(const v1::PhaseResult* phase, const char* name) {
   return phase == nullptr ? 0 : CountOf(phase->report(), name);
-}
-
-std::string GridText(const v1::Grid& grid) {
-  return grid.cells_size() != 3 ? "" : absl::StrCat(grid.cells(0), "x", grid.cells(1), "x", grid.cells(2));
 }
 
 }  // namespace

@@ -10,18 +10,26 @@
 #include "client/sdk/map.h"
 
 namespace ndmap {
+namespace internal {
+
+// A server of the map.
+struct SomeServer {
+  std::shared_ptr<v1::BlockService::Stub> stub;
+  std::string name;
+};
+
+}  // namespace internal
+
 namespace {
+
+using internal::SomeServer;
 
 // In one message.
 constexpr size_t kCellsAMessage = 65536;
 // In one call: what is written again when it does not succeed.
 constexpr size_t kCellsACall = 16 * kCellsAMessage;
 
-// A server of the map, each in turn: any of them answers for all.
-struct SomeServer {
-  std::shared_ptr<v1::BlockService::Stub> stub;
-  std::string name;
-};
+// Each in turn: any of them answers for all.
 absl::StatusOr<SomeServer> NextServer(internal::Connection& connection, const MapHandle& map) {
   const uint32_t block = connection.NextNumber() % std::max<uint32_t>(1, map.info().block_count());
   absl::StatusOr<std::string> address = map.AddressOf(block);

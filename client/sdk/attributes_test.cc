@@ -93,7 +93,7 @@ TEST(AttributeColumnTest, AnswersThatMakeNoSenseAreRefused) {
   refused("half an id");
 }
 
-class FakeCoordinator final : public v1::Coordinator::Service {
+class FakeAttributeCoordinator final : public v1::Coordinator::Service {
  public:
   grpc::Status GetVersion(grpc::ServerContext*, const v1::GetVersionRequest*,
                           v1::GetVersionResponse* response) override {
@@ -126,7 +126,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
 
 // Answers with the lower words of ids as values, in parts of at most `part` cells; fails the calls that it is
 // told to, after some parts.
-class FakeBlocks final : public v1::BlockService::Service {
+class FakeAttributeBlocks final : public v1::BlockService::Service {
  public:
   grpc::Status GetVersion(grpc::ServerContext*, const v1::GetVersionRequest*,
                           v1::GetVersionResponse* response) override {
@@ -212,7 +212,7 @@ class AttributeCallTest : public ::testing::Test {
     return absl::StrCat("127.0.0.1:", port);
   }
   void FailAll(int failures, size_t parts, grpc::Status end) {
-    for (FakeBlocks& blocks : blocks_) {
+    for (FakeAttributeBlocks& blocks : blocks_) {
       blocks.failures = failures;
       blocks.parts_before_failure = parts;
       blocks.end = end;
@@ -234,8 +234,8 @@ class AttributeCallTest : public ::testing::Test {
   }
   int Reads() const { return static_cast<int>(blocks_[0].asked.size() + blocks_[1].asked.size()); }
 
-  FakeCoordinator coordinator_;
-  FakeBlocks blocks_[2];
+  FakeAttributeCoordinator coordinator_;
+  FakeAttributeBlocks blocks_[2];
   std::vector<std::unique_ptr<grpc::Server>> servers_;
   std::unique_ptr<MapHandle> map_;
 };
@@ -281,7 +281,7 @@ TEST_F(AttributeCallTest, IdsAreAskedForInMessagesThatServersTake) {
   ASSERT_THAT(values, SizeIs(140000));
   for (size_t i = 0; i < values.size(); ++i) ASSERT_EQ(values[i], static_cast<int64_t>(i));
   EXPECT_EQ(Reads(), 3);
-  for (const FakeBlocks& blocks : blocks_) {
+  for (const FakeAttributeBlocks& blocks : blocks_) {
     for (const v1::ReadAttributesRequest& asked : blocks.asked) {
       EXPECT_LE(asked.select().ids().hi_size(), 65536);
       EXPECT_EQ(asked.select().ids().hi_size(), asked.select().ids().lo_size());

@@ -66,7 +66,7 @@ TEST(ExploreQuestions, NamedQuestions) {
   EXPECT_TRUE(Closures(CellsAt(anchor, 3)).empty());
 }
 
-class FakeCoordinator final : public v1::Coordinator::Service {
+class FakeExploreCoordinator final : public v1::Coordinator::Service {
  public:
   grpc::Status GetVersion(grpc::ServerContext*, const v1::GetVersionRequest*,
                           v1::GetVersionResponse* response) override {
@@ -81,7 +81,7 @@ class FakeCoordinator final : public v1::Coordinator::Service {
 };
 
 // Says `parts` parts and then `end`, unavailable ones only the first `failures` times.
-class FakeBlocks final : public v1::BlockService::Service {
+class FakeExploreBlocks final : public v1::BlockService::Service {
  public:
   grpc::Status GetVersion(grpc::ServerContext*, const v1::GetVersionRequest*,
                           v1::GetVersionResponse* response) override {
@@ -133,8 +133,8 @@ class ExploreCallTest : public ::testing::Test {
   }
   int Calls() const { return blocks_[0].calls + blocks_[1].calls + blocks_[2].calls; }
 
-  FakeCoordinator coordinator_;
-  FakeBlocks blocks_[3];
+  FakeExploreCoordinator coordinator_;
+  FakeExploreBlocks blocks_[3];
   std::vector<std::unique_ptr<grpc::Server>> servers_;
   std::unique_ptr<MapHandle> map_;
 };
@@ -163,7 +163,7 @@ TEST_F(ExploreCallTest, TheServerOfTheFirstDartOrBlockIsAsked) {
 
 TEST_F(ExploreCallTest, OtherQuestionsAreSpreadOverServers) {
   for (int i = 0; i < 6; ++i) EXPECT_TRUE(map_->Explore(CellsAt(CellAnchor("h1"), 3)).ok());
-  for (const FakeBlocks& blocks : blocks_) EXPECT_EQ(blocks.calls, 2);
+  for (const FakeExploreBlocks& blocks : blocks_) EXPECT_EQ(blocks.calls, 2);
 }
 
 TEST_F(ExploreCallTest, QuestionsAreAskedAgainWhenNobodyAnswers) {

@@ -18,7 +18,7 @@ using internal::Column;
 // What one call may carry: starts (below what servers take unless told otherwise), and starts times letters.
 constexpr size_t kStartsACall = 1 << 17;
 constexpr size_t kBetasACall = 1 << 24;
-constexpr size_t kMaxLetters = 65536;
+constexpr size_t kLettersACall = 65536;
 constexpr int kAttempts = 4;
 
 }  // namespace
@@ -97,10 +97,10 @@ absl::Status MapHandle::WalkOnce(const std::map<std::string, std::vector<uint32_
 absl::StatusOr<WalkedColumns> MapHandle::Walk(const DartColumns& starts,
                                               absl::Span<const uint8_t> word) const {
   if (absl::Status status = internal::CheckWord(word); !status.ok()) return status;
-  if (starts.blocks.size() != starts.darts.size() || word.size() > kMaxLetters) {
+  if (starts.blocks.size() != starts.darts.size() || word.size() > kLettersACall) {
     return absl::InvalidArgumentError(absl::StrCat(
         starts.blocks.size(), " blocks and ", starts.darts.size(), " darts with a word of ", word.size(),
-        " letters; as many blocks as darts are expected, and at most ", kMaxLetters, " letters"));
+        " letters; as many blocks as darts are expected, and at most ", kLettersACall, " letters"));
   }
   std::map<std::string, std::vector<uint32_t>> by_server;
   std::map<uint32_t, std::vector<uint32_t>*> by_block;

@@ -182,7 +182,7 @@ TEST_F(StepsTest, ACancelledBuildLeavesAnEmptyBlock) {
 }
 
 // Five hexahedra in a row, the last in another block.
-std::shared_ptr<const MeshCells> Row() {
+std::shared_ptr<const MeshCells> RowOfCells() {
   VolumeMesh mesh;
   for (uint32_t i = 0; i < 6; ++i) {
     for (const auto& [y, z] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
@@ -203,7 +203,7 @@ TEST_F(StepsTest, AMeshIsLoadedACellAStepAndACancelledLoadLeavesAnEmptyBlock) {
   Block3 block(BlockId{0});
   EXPECT_EQ(MakeAlgorithm("load", {}, environment, block).status().code(),
             absl::StatusCode::kFailedPrecondition);
-  environment.initial = Row();
+  environment.initial = RowOfCells();
   for (size_t cancel_after : {3u, 7u, 100u}) {
     auto load = MakeAlgorithm("load", {}, environment, block).value();
     EXPECT_TRUE(load->changes_map());

@@ -8,16 +8,10 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/hexahedron.h"
+#include "core/geometry/vector.h"
 
 namespace ndmap {
 namespace {
-
-Point3 Minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-double Determinant(const Point3& a, const Point3& b, const Point3& c) {
-  return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
-         a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
 
 void AddCounts(const std::vector<uint64_t>& part, std::vector<uint64_t>& sum) {
   if (sum.size() < part.size()) sum.resize(part.size());

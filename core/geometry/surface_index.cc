@@ -20,6 +20,10 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 Kernel::Point_3 ToCgal(const Point3& p) { return {p[0], p[1], p[2]}; }
 
+}  // namespace
+
+namespace internal {
+
 // A triangle by its number alone; the tree's traits know the surface.
 class TrianglePrimitive {
  public:
@@ -46,8 +50,12 @@ class TrianglePrimitive {
   uint32_t id_ = 0;
 };
 
+}  // namespace internal
+
+namespace {
+
 using Segments = std::vector<Kernel::Segment_3>;
-using TriangleTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, TrianglePrimitive>>;
+using TriangleTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, internal::TrianglePrimitive>>;
 using SegmentTree = CGAL::AABB_tree<
     CGAL::AABB_traits<Kernel, CGAL::AABB_segment_primitive<Kernel, Segments::const_iterator>>>;
 
@@ -80,7 +88,7 @@ SurfaceIndex::SurfaceIndex(std::shared_ptr<const TriangleSurface> surface,
   tree->surface = std::move(surface);
   std::vector<uint32_t> chosen;
   for (uint32_t t = 0; t < tree->surface->triangles.size(); ++t) {
-    const auto triangle = TrianglePrimitive(&t, nullptr).datum(tree->surface.get());
+    const auto triangle = internal::TrianglePrimitive(&t, nullptr).datum(tree->surface.get());
     if (region && !BoxesMeet(*region, triangle.bbox())) continue;
     if (triangle.is_degenerate()) {
       tree->segments.push_back(LongestSide(triangle));

@@ -45,13 +45,6 @@ std::vector<Format> Formats() {
   return formats;
 }
 
-// Quarters, which a float holds, too.
-VolumeMesh AllKinds() {
-  VolumeMesh mesh = OneOfEach();
-  mesh.points[10] = {0.75, 0.5, 2.25};
-  return mesh;
-}
-
 class MeshFormatTest : public testing::TestWithParam<Format> {};
 
 // Medit keeps the cells of each kind together, in the order of the kinds.

@@ -7,12 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/io/mesh_formats.h"
+#include "core/io/text_scanner.h"
 #include "core/io/vtu_document.h"
 
 namespace ndmap::internal {
 namespace {
-
-absl::Status Invalid(absl::string_view what) { return absl::InvalidArgumentError(what); }
 
 struct FlatType {
   int64_t type;

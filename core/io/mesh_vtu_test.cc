@@ -2,8 +2,8 @@
 // VTU files in every encoding, and what can be wrong in them.
 #include <string>
 
-#include "absl/strings/str_replace.h"
 #include "core/io/mesh_reader.h"
+#include "core/io/mesh_refusal_testing.h"
 #include "core/io/vtu_testing.h"
 #include "core/io/vtu_writer.h"
 #include "core/mesh/mesh_testing.h"
@@ -17,26 +17,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-// Quarters, which a float holds, too.
-VolumeMesh AllKinds() {
-  VolumeMesh mesh = OneOfEach();
-  mesh.points[10] = {0.75, 0.5, 2.25};
-  return mesh;
-}
-
-std::string Why(const std::string& bytes) {
-  const auto file = ReadVolumeMeshFromBytes(bytes);
-  if (file.ok()) return "accepted";
-  EXPECT_EQ(file.status().code(), absl::StatusCode::kInvalidArgument) << file.status();
-  EXPECT_THAT(std::string(file.status().message()), testing::Not(HasSubstr("\n")));
-  return std::string(file.status().message());
-}
-
-std::string Change(const std::string& text, const std::string& from, const std::string& to) {
-  EXPECT_THAT(text, HasSubstr(from));
-  return absl::StrReplaceAll(text, {{from, to}});
-}
 
 std::vector<VtuStyle> Styles() {
   std::vector<VtuStyle> styles;

@@ -13,23 +13,23 @@
 namespace ndmap {
 namespace {
 
-struct Real {
+struct RealMesh {
   std::string file;
   uint64_t points;
   std::array<uint64_t, kCellKinds> cells;  // Tetrahedra, pyramids, prisms, hexahedra.
   int boundary_euler = 2, euler = 1;
   uint64_t unused_points = 0;
 
-  friend std::ostream& operator<<(std::ostream& out, const Real& real) { return out << real.file; }
+  friend std::ostream& operator<<(std::ostream& out, const RealMesh& real) { return out << real.file; }
 };
 
 #ifdef NDMAP_MESHES
 std::string Path(const std::string& file) { return std::string(NDMAP_MESHES) + "/volumes/" + file; }
 
-class RealMeshTest : public testing::TestWithParam<Real> {};
+class RealMeshTest : public testing::TestWithParam<RealMesh> {};
 
 TEST_P(RealMeshTest, IsWhatItsDescriptionSays) {
-  const Real& real = GetParam();
+  const RealMesh& real = GetParam();
   const auto glued = ReadGluedMesh(Path(real.file));
   ASSERT_TRUE(glued.ok()) << glued.status();
   const MeshFacts facts = Describe(*glued);
@@ -49,17 +49,17 @@ TEST_P(RealMeshTest, IsWhatItsDescriptionSays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, RealMeshTest,
-                         testing::Values(Real{"su2_brick_hex.msh", 16000, {0, 0, 0, 14079}},
-                                         Real{"su2_brick_hex.vtu", 16000, {0, 0, 0, 14079}},
-                                         Real{"unstructured_hex_400.msh", 573, {0, 0, 0, 400}},
-                                         Real{"hand_tet.mesh", 7234, {29998, 0, 0, 0}},
-                                         Real{"piece_tet.msh", 3915, {13179, 0, 0, 0}, 0, 0, 24},
-                                         Real{"nozzle_hybrid_tet_prism.msh", 3493, {4643, 0, 4614, 0}},
-                                         Real{"sphere_hybrid_tet_prism.msh", 1957, {2695, 0, 2556, 0}},
-                                         Real{
+                         testing::Values(RealMesh{"su2_brick_hex.msh", 16000, {0, 0, 0, 14079}},
+                                         RealMesh{"su2_brick_hex.vtu", 16000, {0, 0, 0, 14079}},
+                                         RealMesh{"unstructured_hex_400.msh", 573, {0, 0, 0, 400}},
+                                         RealMesh{"hand_tet.mesh", 7234, {29998, 0, 0, 0}},
+                                         RealMesh{"piece_tet.msh", 3915, {13179, 0, 0, 0}, 0, 0, 24},
+                                         RealMesh{"nozzle_hybrid_tet_prism.msh", 3493, {4643, 0, 4614, 0}},
+                                         RealMesh{"sphere_hybrid_tet_prism.msh", 1957, {2695, 0, 2556, 0}},
+                                         RealMesh{
                                              "hybrid_tet_prism_pyramid.msh", 638, {765, 40, 640, 0}, 2, 1, 4},
-                                         Real{"fichera-mixed.mfem.mesh", 26, {5, 0, 6, 3}},
-                                         Real{"mixed_all4.mfem.mesh", 11, {1, 1, 1, 1}}),
+                                         RealMesh{"fichera-mixed.mfem.mesh", 26, {5, 0, 6, 3}},
+                                         RealMesh{"mixed_all4.mfem.mesh", 11, {1, 1, 1, 1}}),
                          [](const auto& info) {
                            std::string name = info.param.file;
                            const auto odd = [](char c) { return c == '-' || c == '.'; };

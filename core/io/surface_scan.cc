@@ -18,8 +18,6 @@ namespace {
 // Indices are 32 bits, and CGAL's readers count in int.
 constexpr int64_t kMostElements = std::numeric_limits<int32_t>::max() - 1;
 
-absl::Status Invalid(const std::string& what) { return absl::InvalidArgumentError(what); }
-
 absl::Status OffHeader(TextScanner* in, size_t bytes, int64_t* points, int64_t* faces) {
   if (!in->NextLine()) return Invalid("is empty");
   const absl::string_view magic = in->word(0);

@@ -15,8 +15,6 @@
 namespace ndmap::internal {
 namespace {
 
-absl::Status Invalid(const std::string& what) { return absl::InvalidArgumentError(what); }
-
 enum class Encoding { kText, kLittleEndian, kBigEndian };
 enum class Role { kSkip, kX, kY, kZ, kCorners };
 

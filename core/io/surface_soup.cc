@@ -10,11 +10,10 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "core/geometry/parity.h"
+#include "core/io/text_scanner.h"
 
 namespace ndmap::internal {
 namespace {
-
-absl::Status Invalid(const std::string& what) { return absl::InvalidArgumentError(what); }
 
 absl::Status CheckSoup(const PolygonSoup& soup) {
   if (soup.points.size() > 0xfffffffe) return Invalid("has more points than 32 bits can count");

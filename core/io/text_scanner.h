@@ -36,6 +36,8 @@ class TextScanner {
   size_t line_ = 0;
 };
 
+inline absl::Status Invalid(absl::string_view what) { return absl::InvalidArgumentError(what); }
+
 // A word as it may be shown in a message: cut short, printable.
 std::string Shown(absl::string_view word);
 

@@ -17,8 +17,6 @@
 namespace ndmap::internal {
 namespace {
 
-absl::Status Invalid(absl::string_view what) { return absl::InvalidArgumentError(what); }
-
 // The attributes of an element, as Expat gives them: names and values in turn.
 absl::string_view Attribute(const char** attributes, absl::string_view name,
                             absl::string_view otherwise = "") {

@@ -110,11 +110,11 @@ class DistributedMapTest : public testing::Test {
   std::vector<BlockId> block_of_;
 };
 
-using AllTypes = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<2, StorageKind::kCgal>,
-                                MapTypes<3, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>,
-                                MapTypes<3, StorageKind::kFlat, true>, MapTypes<4, StorageKind::kFlat>,
-                                MapTypes<4, StorageKind::kCgal>>;
-TYPED_TEST_SUITE(DistributedMapTest, AllTypes);
+using BlockTypes = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<2, StorageKind::kCgal>,
+                                  MapTypes<3, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>,
+                                  MapTypes<3, StorageKind::kFlat, true>, MapTypes<4, StorageKind::kFlat>,
+                                  MapTypes<4, StorageKind::kCgal>>;
+TYPED_TEST_SUITE(DistributedMapTest, BlockTypes);
 
 constexpr uint64_t kSeeds = 12;
 

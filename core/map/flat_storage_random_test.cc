@@ -22,7 +22,7 @@ namespace ndmap {
 namespace {
 
 template <unsigned n_, bool kSlots_>
-struct Kind {
+struct RandomKind {
   static constexpr unsigned n = n_;
   static constexpr bool kSlots = kSlots_;
   using Flat = MapTypes<n, StorageKind::kFlat, kSlots>;
@@ -322,8 +322,9 @@ void ExpectSame(A& a, B& b) {
 template <class K>
 class FlatStorageRandomTest : public testing::Test {};
 // With slots and without; the other combinations would only add to the time it takes to compile.
-using Kinds = testing::Types<Kind<2, false>, Kind<3, false>, Kind<3, true>, Kind<4, true>>;
-TYPED_TEST_SUITE(FlatStorageRandomTest, Kinds);
+using RandomKinds =
+    testing::Types<RandomKind<2, false>, RandomKind<3, false>, RandomKind<3, true>, RandomKind<4, true>>;
+TYPED_TEST_SUITE(FlatStorageRandomTest, RandomKinds);
 
 Step RandomStep(std::mt19937& random) {
   static constexpr int kWeights[] = {5, 3, 8, 3, 6, 3, 8, 3, 5, 2, 4, 4, 2, 1, 1, 1, 0};

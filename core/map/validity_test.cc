@@ -63,9 +63,9 @@ class ValidityTest : public testing::Test {
   std::vector<Dart> darts_;
 };
 
-using Kinds = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<3, StorageKind::kFlat>,
-                             MapTypes<4, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>>;
-TYPED_TEST_SUITE(ValidityTest, Kinds);
+using ValidityTypes = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<3, StorageKind::kFlat>,
+                                     MapTypes<4, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>>;
+TYPED_TEST_SUITE(ValidityTest, ValidityTypes);
 
 TYPED_TEST(ValidityTest, FindsNothingInAGrid) {
   typename TestFixture::Lcc map;

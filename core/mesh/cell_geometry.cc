@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/vector.h"
+
 namespace ndmap {
 namespace {
 
@@ -11,27 +13,20 @@ namespace {
 // origin.
 constexpr double kNothing = 1e-13;
 
-Point3 Minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-double Determinant(const Point3& a, const Point3& b, const Point3& c) {
-  return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
-         a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
-
 double Length(const Point3& a) { return std::hypot(a[0], a[1], a[2]); }
 
 // A corner and the ends of its edges, in right-handed turn.
-struct Frame {
+struct CornerFrame {
   uint8_t at, x, y, z;
 };
-constexpr Frame kTetrahedron[] = {{0, 1, 2, 3}, {1, 2, 0, 3}, {2, 0, 1, 3}, {3, 0, 2, 1}};
-constexpr Frame kPyramid[] = {{0, 1, 3, 4}, {1, 2, 0, 4}, {2, 3, 1, 4}, {3, 0, 2, 4}};
-constexpr Frame kPrism[] = {{0, 1, 2, 3}, {1, 2, 0, 4}, {2, 0, 1, 5},
-                            {3, 5, 4, 0}, {4, 3, 5, 1}, {5, 4, 3, 2}};
-constexpr Frame kHexahedron[] = {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7},
-                                 {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}};
+constexpr CornerFrame kTetrahedron[] = {{0, 1, 2, 3}, {1, 2, 0, 3}, {2, 0, 1, 3}, {3, 0, 2, 1}};
+constexpr CornerFrame kPyramid[] = {{0, 1, 3, 4}, {1, 2, 0, 4}, {2, 3, 1, 4}, {3, 0, 2, 4}};
+constexpr CornerFrame kPrism[] = {{0, 1, 2, 3}, {1, 2, 0, 4}, {2, 0, 1, 5},
+                                  {3, 5, 4, 0}, {4, 3, 5, 1}, {5, 4, 3, 2}};
+constexpr CornerFrame kHexahedron[] = {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7},
+                                       {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}};
 
-absl::Span<const Frame> FramesOf(CellKind kind) {
+absl::Span<const CornerFrame> FramesOf(CellKind kind) {
   switch (kind) {
     case CellKind::kTetrahedron:
       return kTetrahedron;
@@ -78,7 +73,7 @@ double CellVolume(CellKind kind, absl::Span<const Point3> corners) {
 
 CornerQuality ScaledJacobians(CellKind kind, absl::Span<const Point3> corners) {
   CornerQuality quality;
-  for (const Frame& frame : FramesOf(kind)) {
+  for (const CornerFrame& frame : FramesOf(kind)) {
     const Point3 x = Minus(corners[frame.x], corners[frame.at]);
     const Point3 y = Minus(corners[frame.y], corners[frame.at]);
     const Point3 z = Minus(corners[frame.z], corners[frame.at]);

@@ -19,8 +19,6 @@ using internal::FaceName;
 using internal::HowCounted;
 using internal::Refused;
 
-constexpr uint32_t kNoPoint = 0xffffffff;
-
 // The corners of a face in ascending order; a triangle's last is kNoPoint.
 using FaceKey = std::array<uint32_t, kMostFaceCorners>;
 

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 constexpr CellKind kKinds[] = {CellKind::kTetrahedron, CellKind::kPyramid, CellKind::kPrism,
                                CellKind::kHexahedron};
 
-std::string Why(const VolumeMesh& mesh, const GlueOptions& options = {}) {
+std::string WhyNotGlued(const VolumeMesh& mesh, const GlueOptions& options = {}) {
   const auto glued = Glue(mesh, options);
   if (glued.ok()) return "accepted";
   EXPECT_EQ(glued.status().code(), absl::StatusCode::kInvalidArgument);
@@ -173,42 +173,42 @@ TEST(GlueTest, AnyListingOfTheSameCells) {
 }
 
 TEST(GlueFaultTest, NoCellsAndArraysThatDoNotFit) {
-  EXPECT_EQ(Why({}), "has no tetrahedra, pyramids, prisms or hexahedra");
+  EXPECT_EQ(WhyNotGlued({}), "has no tetrahedra, pyramids, prisms or hexahedra");
   VolumeMesh mesh = UnitMesh(CellKind::kHexahedron);
   mesh.kinds[0] = CellKind::kPrism;
-  EXPECT_EQ(Why(mesh), "prism 0 has not the 6 corners of its kind");
+  EXPECT_EQ(WhyNotGlued(mesh), "prism 0 has not the 6 corners of its kind");
   mesh.kinds[0] = static_cast<CellKind>(9);
-  EXPECT_EQ(Why(mesh), "cell 0 is of no known kind");
+  EXPECT_EQ(WhyNotGlued(mesh), "cell 0 is of no known kind");
   mesh = UnitMesh(CellKind::kHexahedron);
   mesh.begins = {0};
-  EXPECT_EQ(Why(mesh), "its arrays of cells, corners and numbers do not fit together");
+  EXPECT_EQ(WhyNotGlued(mesh), "its arrays of cells, corners and numbers do not fit together");
   mesh = UnitMesh(CellKind::kHexahedron);
   mesh.source.points = {1};
-  EXPECT_EQ(Why(mesh), "its arrays of cells, corners and numbers do not fit together");
+  EXPECT_EQ(WhyNotGlued(mesh), "its arrays of cells, corners and numbers do not fit together");
 }
 
 TEST(GlueFaultTest, IndexOutOfRangeAndCoordinateNotFinite) {
   VolumeMesh mesh = UnitMesh(CellKind::kPyramid);
   mesh.corners[4] = 5;
   mesh.source = {"a.msh", "counted from 1", {7}, {}, 0, 1};
-  EXPECT_EQ(Why(mesh),
+  EXPECT_EQ(WhyNotGlued(mesh),
             "a.msh: pyramid 7 (counted from 1) has a corner at index 6, out of range; there are 5 points");
   mesh = UnitMesh(CellKind::kPyramid);
   mesh.points[2][1] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(Why(mesh), "point 2 has a coordinate that is not finite");
+  EXPECT_EQ(WhyNotGlued(mesh), "point 2 has a coordinate that is not finite");
   mesh.points[2][1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(Why(mesh), "point 2 has a coordinate that is not finite");
+  EXPECT_EQ(WhyNotGlued(mesh), "point 2 has a coordinate that is not finite");
 }
 
 TEST(GlueFaultTest, RepeatedCornerAndRepeatedCell) {
   VolumeMesh mesh = CubeMesh(2, 1, 1);
   mesh.corners[1] = mesh.corners[0];
-  EXPECT_THAT(Why(mesh), HasSubstr("1 cell comes to the same point twice: hexahedron 0; write"));
+  EXPECT_THAT(WhyNotGlued(mesh), HasSubstr("1 cell comes to the same point twice: hexahedron 0; write"));
   mesh = CubeMesh(2, 1, 1);
   const auto cell = mesh.Corners(1);
   mesh.AddCell(CellKind::kHexahedron, std::vector<uint32_t>(cell.begin(), cell.end()));
   EXPECT_EQ(
-      Why(mesh),
+      WhyNotGlued(mesh),
       "1 cell has the same corners as another: hexahedron 2 those of hexahedron 1; leave out the second one");
 }
 
@@ -217,9 +217,10 @@ TEST(GlueFaultTest, InvertedFlatAndConcave) {
     VolumeMesh mesh = UnitMesh(kind);
     for (Point3& p : mesh.points) p[0] = -p[0];
     const std::string name(ShapeOf(kind).name);
-    EXPECT_THAT(Why(mesh), HasSubstr("1 cell is turned inside out, all there are: " + name + " 0; list"));
+    EXPECT_THAT(WhyNotGlued(mesh),
+                HasSubstr("1 cell is turned inside out, all there are: " + name + " 0; list"));
     for (Point3& p : mesh.points) p[0] = p[1];
-    EXPECT_THAT(Why(mesh), HasSubstr("1 cell has no volume: " + name + " 0; take it out"));
+    EXPECT_THAT(WhyNotGlued(mesh), HasSubstr("1 cell has no volume: " + name + " 0; take it out"));
   }
   VolumeMesh mesh = CubeMesh(10, 1, 1);
   for (int c = 1; c < 10; ++c) {
@@ -228,13 +229,13 @@ TEST(GlueFaultTest, InvertedFlatAndConcave) {
   }
   mesh.source.cells.insert(mesh.source.cells.begin(), 5);
   mesh.source.numbering = "by number";
-  EXPECT_THAT(Why(mesh),
+  EXPECT_THAT(WhyNotGlued(mesh),
               HasSubstr("9 cells are turned inside out: hexahedron 101, hexahedron 102, hexahedron 103, "
                         "hexahedron 104, hexahedron 105 and 4 more (by number); list"));
   // One corner drawn into the cube beyond the plane of its neighbours.
   mesh = UnitMesh(CellKind::kHexahedron);
   mesh.points[6] = {0.3, 0.3, 0.3};
-  EXPECT_THAT(Why(mesh),
+  EXPECT_THAT(WhyNotGlued(mesh),
               HasSubstr("1 cell has a corner whose edges lie in a plane or stand the wrong way round: "
                         "hexahedron 0; smooth"));
   const auto glued = Glue(mesh, {.allow_concave = true});
@@ -252,7 +253,7 @@ TEST(GlueFaultTest, FaceOfThreeCells) {
     mesh.source.points.push_back(22 + i);
   }
   AddTo(&mesh, CellKind::kHexahedron, {1, 12, 13, 4, 7, 14, 15, 10});
-  EXPECT_EQ(Why(mesh),
+  EXPECT_EQ(WhyNotGlued(mesh),
             "1 face has more than two cells, the face of points 11, 14, 20 and 17 of hexahedron 0, "
             "hexahedron 1 and "
             "hexahedron 2; a volume mesh has at most one cell on either side of a face");
@@ -262,7 +263,7 @@ TEST(GlueFaultTest, TwoCellsOnTheSameSide) {
   VolumeMesh mesh = UnitMesh(CellKind::kTetrahedron);
   mesh.points.push_back({0.1, 0.2, 0.7});
   AddTo(&mesh, CellKind::kTetrahedron, {0, 1, 2, 4});
-  EXPECT_EQ(Why(mesh),
+  EXPECT_EQ(WhyNotGlued(mesh),
             "1 face has both its cells on the same side, the face of points 0, 2 and 1 of tetrahedron 0 and "
             "tetrahedron 1; they overlap, or the corners of one are listed inside out");
 }
@@ -273,7 +274,7 @@ TEST(GlueFaultTest, QuadrilateralInTwoOrders) {
   mesh.points = {{0, 0, 0}, {1, 0, 0}, {2, 2, 0}, {0, 1, 0}, {0.5, 0.5, 5}, {0.5, 0.5, -5}};
   AddTo(&mesh, CellKind::kPyramid, {0, 1, 2, 3, 4});
   AddTo(&mesh, CellKind::kPyramid, {0, 2, 1, 3, 5});
-  EXPECT_EQ(Why(mesh, {.allow_concave = true}),
+  EXPECT_EQ(WhyNotGlued(mesh, {.allow_concave = true}),
             "1 quadrilateral is listed with its corners in two different orders, the face of points 0, 3, 2 "
             "and 1 of "
             "pyramid 0 and pyramid 1; one of the two cells is twisted");

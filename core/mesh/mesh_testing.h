@@ -72,4 +72,11 @@ inline VolumeMesh OneOfEach() {
   return mesh;
 }
 
+// The same with coordinates in quarters, which a float holds, too.
+inline VolumeMesh AllKinds() {
+  VolumeMesh mesh = OneOfEach();
+  mesh.points[10] = {0.75, 0.5, 2.25};
+  return mesh;
+}
+
 }  // namespace ndmap

@@ -62,7 +62,7 @@ PolygonFacts FactsOf(const PolygonMesh& mesh) {
   return Describe(glued.value());
 }
 
-std::string Why(const PolygonMesh& mesh) {
+std::string WhyNotClosed(const PolygonMesh& mesh) {
   const auto glued = GluePolygons(mesh);
   if (glued.ok()) return "accepted";
   EXPECT_EQ(glued.status().code(), absl::StatusCode::kInvalidArgument);
@@ -139,38 +139,38 @@ TEST(PolygonFactsTest, PolygonsOfAnySize) {
 }
 
 TEST(PolygonFaultTest, ArraysIndicesAndNumbers) {
-  EXPECT_EQ(Why({}), "has no faces");
+  EXPECT_EQ(WhyNotClosed({}), "has no faces");
   PolygonMesh mesh = Cube();
   mesh.begins[2] = 3;
-  EXPECT_EQ(Why(mesh), "its arrays of faces, corners and numbers do not fit together");
+  EXPECT_EQ(WhyNotClosed(mesh), "its arrays of faces, corners and numbers do not fit together");
   mesh = Cube();
   mesh.source = {"a.off", "counted from 0", {}, {}, 0, 0};
   mesh.corners[5] = 8;
-  EXPECT_EQ(Why(mesh),
+  EXPECT_EQ(WhyNotClosed(mesh),
             "a.off: face 1 (counted from 0) has a corner at index 8, out of range; there are 8 points");
   mesh = Cube();
   mesh.points[3][0] = NAN;
-  EXPECT_EQ(Why(mesh), "point 3 has a coordinate that is not finite");
+  EXPECT_EQ(WhyNotClosed(mesh), "point 3 has a coordinate that is not finite");
   mesh = Cube();
   Add(&mesh, {0, 7});
-  EXPECT_EQ(Why(mesh), "1 face has fewer than three corners: face 6");
+  EXPECT_EQ(WhyNotClosed(mesh), "1 face has fewer than three corners: face 6");
   mesh = Cube();
   mesh.corners[0] = 3;
-  EXPECT_EQ(Why(mesh), "1 face comes to the same point twice: face 0");
+  EXPECT_EQ(WhyNotClosed(mesh), "1 face comes to the same point twice: face 0");
 }
 
 TEST(PolygonFaultTest, EdgesThatCannotBeGlued) {
   PolygonMesh mesh = Cube();
   mesh.points.push_back({-1, -1, 0});
   Add(&mesh, {0, 1, 8});
-  EXPECT_EQ(Why(mesh),
+  EXPECT_EQ(WhyNotClosed(mesh),
             "1 edge has more than two faces, that of points 0 and 1 of face 0, face 2 and face 6; a surface "
             "has at most "
             "one face on either side of an edge");
   mesh = Cube();
   std::reverse(mesh.corners.begin() + 8, mesh.corners.begin() + 12);
   EXPECT_THAT(
-      Why(mesh),
+      WhyNotClosed(mesh),
       HasSubstr("4 edges are run in the same direction by their two faces, for example that of points "
                 "0 and 1 of face 0 and face 2; turn one"));
 }

@@ -35,6 +35,8 @@ inline constexpr int kCellKinds = 4;
 inline constexpr int kMostCellCorners = 8;
 inline constexpr int kMostCellFaces = 6;
 inline constexpr int kMostFaceCorners = 4;
+// Stands where a list of points is shorter than there is room for; larger than the index of any point.
+inline constexpr uint32_t kNoPoint = 0xffffffff;
 
 // A dart of a cell that stands alone: it runs from corner `corner` of the cycle of face `face` to the next.
 struct LocalDart {

@@ -12,8 +12,6 @@ namespace ndmap {
 namespace {
 
 constexpr uint32_t kSide = LatticePlace::kSide;
-constexpr uint32_t kNoPoint = 0xffffffff;
-
 // The part of a hexahedron with this digit (0 low, 1 high, 2 along) for each axis; there are 26.
 unsigned PartOfDigits(const std::array<unsigned, 3>& digit) {
   const CellDarts& hexahedron = DartsOf(CellKind::kHexahedron);

@@ -131,9 +131,9 @@ class ClosureTest : public testing::Test {
   std::map<Key, std::pair<BlockId, DartIndex>> places_;
 };
 
-using AllTypes = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<3, StorageKind::kFlat>,
-                                MapTypes<4, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>>;
-TYPED_TEST_SUITE(ClosureTest, AllTypes);
+using ClosureTypes = testing::Types<MapTypes<2, StorageKind::kFlat>, MapTypes<3, StorageKind::kFlat>,
+                                    MapTypes<4, StorageKind::kFlat>, MapTypes<3, StorageKind::kCgal>>;
+TYPED_TEST_SUITE(ClosureTest, ClosureTypes);
 
 TYPED_TEST(ClosureTest, CellsAreThoseOfTheUncutMap) {
   for (uint64_t seed = 1; seed <= 100; ++seed) {

@@ -19,11 +19,6 @@ namespace {
 using reference::RandomCase;
 using reference::ReferenceMap;
 
-std::string TextOf(const std::vector<CellId>& ids) {
-  return absl::StrJoin(ids, " ",
-                       [](std::string* out, const CellId& id) { absl::StrAppend(out, id.ToString()); });
-}
-
 // The canonical hash of the reference, computed from its definition.
 Digest HashOf(const reference::ReferenceLcc& lcc) {
   using Dart = reference::ReferenceLcc::Dart_const_handle;
@@ -227,6 +222,11 @@ absl::Status RunFanCase(uint64_t seed, const PropertyVariant& variant) {
 }
 
 }  // namespace
+
+std::string TextOf(const std::vector<CellId>& ids) {
+  return absl::StrJoin(ids, " ",
+                       [](std::string* out, const CellId& id) { absl::StrAppend(out, id.ToString()); });
+}
 
 template <class BlockT>
 absl::Status SimulatedMap<BlockT>::RefineList(const std::vector<CellId>& refined, bool by_level) {

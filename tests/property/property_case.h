@@ -33,6 +33,9 @@ struct PropertyVariant {
 };
 PropertyVariant VariantOf(uint64_t seed);
 
+// As the oracle "list" and the algorithm "trim" take them.
+std::string TextOf(const std::vector<CellId>& ids);
+
 // A map in blocks, with the phases that change it.
 template <class BlockT>
 class SimulatedMap {

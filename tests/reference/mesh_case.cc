@@ -14,9 +14,9 @@
 namespace ndmap::reference {
 namespace {
 
-class Dice {
+class MeshDice {
  public:
-  explicit Dice(uint64_t seed) : random_(seed * 7919 + 11) {}
+  explicit MeshDice(uint64_t seed) : random_(seed * 7919 + 11) {}
   uint32_t Below(size_t n) { return static_cast<uint32_t>(random_() % n); }
   double Unit() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
@@ -37,7 +37,7 @@ Corners Pick(const Corners& from, const std::vector<unsigned>& which) {
 }
 
 // Lists the corners of the same cell in another order.
-void Turn(Dice& dice, Cell& cell) {
+void Turn(MeshDice& dice, Cell& cell) {
   static const std::map<CellKind, std::vector<std::vector<unsigned>>> kTurns = {
       {CellKind::kTetrahedron, {{1, 2, 0, 3}, {1, 0, 3, 2}}},
       {CellKind::kPyramid, {{1, 2, 3, 0, 4}}},
@@ -52,7 +52,7 @@ void Turn(Dice& dice, Cell& cell) {
 // The hexahedra of a grid become cells of all kinds.
 class Splitter {
  public:
-  Splitter(Dice& dice, std::vector<Point3>& points) : dice_(dice), points_(points) {}
+  Splitter(MeshDice& dice, std::vector<Point3>& points) : dice_(dice), points_(points) {}
 
   // Corners in the order of the mesh. Faces that were split for a neighbour stay as they are.
   void Add(const Corners& hex, std::vector<Cell>* cells) {
@@ -139,12 +139,12 @@ class Splitter {
     }
   }
 
-  Dice& dice_;
+  MeshDice& dice_;
   std::vector<Point3>& points_;
   std::map<std::vector<uint32_t>, Diagonal> faces_;
 };
 
-void MakeMixed(Dice& dice, MeshCase* c) {
+void MakeMixed(MeshDice& dice, MeshCase* c) {
   const std::array<uint32_t, 3> n = {1 + dice.Below(3), 1 + dice.Below(3), 1 + dice.Below(3)};
   c->shape = absl::StrCat("split grid ", n[0], "x", n[1], "x", n[2]);
   std::vector<Point3> points;
@@ -182,7 +182,7 @@ void MakeMixed(Dice& dice, MeshCase* c) {
   }
 }
 
-void MakeTurnedWheel(Dice& dice, MeshCase* c) {
+void MakeTurnedWheel(MeshDice& dice, MeshCase* c) {
   const uint32_t around = 3 + dice.Below(4), layers = 1 + dice.Below(3);
   c->shape = absl::StrCat("wheel of ", layers, " times ", around);
   const VolumeMesh wheel = MakeWheel(around, layers);
@@ -199,7 +199,7 @@ void MakeTurnedWheel(Dice& dice, MeshCase* c) {
   }
 }
 
-void Cut(Dice& dice, MeshCase* c) {
+void Cut(MeshDice& dice, MeshCase* c) {
   const auto cells = static_cast<uint32_t>(c->mesh.cells());
   c->blocks = 1 + dice.Below(std::min(MeshCase::kMaxBlocks, cells));
   for (uint32_t n = 0; n < cells; ++n) c->block_of.push_back(dice.Below(c->blocks));
@@ -207,7 +207,7 @@ void Cut(Dice& dice, MeshCase* c) {
   for (uint32_t b = 0; b < c->blocks; ++b) c->block_of[(first + b) % cells] = b;
 }
 
-std::vector<CellId> Refine(Dice& dice, MeshCase* c) {
+std::vector<CellId> Refine(MeshDice& dice, MeshCase* c) {
   std::vector<CellId> open, leaves;
   for (uint64_t n = 0; n < c->mesh.cells(); ++n) {
     (c->mesh.kinds[n] == CellKind::kHexahedron ? open : leaves).push_back(CellId::Initial(n));
@@ -280,7 +280,7 @@ std::string MeshCase::Describe() const {
 MeshCase MakeMeshCase(uint64_t seed) {
   MeshCase c;
   c.seed = seed;
-  Dice dice(seed);
+  MeshDice dice(seed);
   if (seed % 4 == 0) {
     MakeTurnedWheel(dice, &c);
   } else {

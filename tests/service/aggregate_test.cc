@@ -16,8 +16,6 @@ using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr char kRefined[] = "h0 h0/7 h0/7.0 h5 h5/2 h6/1 h6 h6/1.3";
-
 class AggregateServiceTest : public ::testing::Test {
  protected:
   AggregateServiceTest() : cluster_(3) {}

@@ -17,6 +17,9 @@
 
 namespace ndmap {
 
+// Cells for the oracle "list": a corner of the grid down to level 3, others less deep.
+inline constexpr char kRefined[] = "h0 h0/7 h0/7.0 h5 h5/2 h6/1 h6 h6/1.3";
+
 // One value as text: the same text for the same bits.
 inline std::string ValueText(const v1::Values& values, int k) {
   if (values.codes_size() > 0) return values.categories(static_cast<int>(values.codes(k)));

@@ -19,11 +19,6 @@ using reference::RandomCase;
 
 constexpr uint64_t kSeeds = 100;
 
-std::string TextOf(const std::vector<CellId>& ids) {
-  return absl::StrJoin(ids, " ",
-                       [](std::string* out, const CellId& id) { absl::StrAppend(out, id.ToString()); });
-}
-
 std::string DigestInOneBlock(const RandomCase& c) {
   SimulatedMap<Block3> map(1, Routing::kDirect, {});
   EXPECT_TRUE(map.BuildGrid(
