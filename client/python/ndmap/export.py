@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import threading
 import xml.etree.ElementTree as ElementTree
 from concurrent.futures import ThreadPoolExecutor
@@ -15,8 +14,9 @@ import grpc
 import xxhash
 
 from ndmap.connection import Connection, server_name
-from ndmap.errors import DataLossError, InvalidArgumentError, OutputError, from_rpc
+from ndmap.errors import DataLossError, InvalidArgumentError, from_rpc
 from ndmap.info import MapInfo
+from ndmap.output import OutputFiles
 from ndmap.v1 import block_service_pb2 as pb
 
 _AT_ONCE = 4
@@ -103,58 +103,16 @@ def _tag(name: str, attributes: dict[str, str], end: str = "") -> str:
     return f"<{name}{''.join(quoted)}{end}>"
 
 
-class _MadeFiles:
-    """Files and folders that were not there before, to take back if the export fails."""
-
-    def __init__(self, folder: str) -> None:
-        self._files: list[str] = []
-        self._folders: list[str] = []
-        try:
-            missing = os.path.abspath(folder)
-            while not os.path.exists(missing):
-                self._folders.append(missing)
-                missing = os.path.dirname(missing)
-            os.makedirs(folder, exist_ok=True)
-            # Refused before anything is asked for, not at the first piece.
-            with tempfile.NamedTemporaryFile(dir=folder, prefix=".ndmap-"):
-                pass
-        except OSError as error:
-            raise OutputError(f"cannot write into '{folder}': {error.strerror}") from None
-
-    def write(self, path: str, parts: Iterator[bytes]) -> None:
-        """The file appears when it is complete."""
-        unfinished = path + ".part"
-        if not os.path.exists(path):
-            self._files.append(path)
-        try:
-            with open(unfinished, "wb") as file:
-                for part in parts:
-                    file.write(part)
-            os.replace(unfinished, path)
-        except BaseException as error:
-            if os.path.exists(unfinished):
-                os.unlink(unfinished)
-            if isinstance(error, OSError) and not hasattr(error, "code"):
-                raise OutputError(f"cannot write '{path}': {error.strerror}") from None
-            raise
-
-    def take_back(self) -> None:
-        for path in self._files:
-            if os.path.exists(path):
-                os.unlink(path)
-        for folder in self._folders:
-            if os.path.isdir(folder) and not os.listdir(folder):
-                os.rmdir(folder)
-
-
 class _Export:
     """One export under way."""
 
-    def __init__(self, connection: Connection, info: MapInfo, options: dict[str, str], made: _MadeFiles) -> None:
+    def __init__(self, connection: Connection, info: MapInfo, options: dict[str, str], made: OutputFiles) -> None:
         self._connection, self._info, self._options, self._made = connection, info, options, made
         self._lock = threading.Lock()
         self._failed = False
         self.ready = self.bytes = self.cells = 0
+        # Where the first piece is until it is put in place.
+        self.first = ""
 
     def fetch(self, block: int, path: str, progress: ExportProgress | None) -> None:
         """One piece into its file; nothing once another has failed."""
@@ -170,8 +128,10 @@ class _Export:
                     summary.CopyFrom(part)
 
         try:
-            self._made.write(path, parts())
+            beside = self._made.write(path, parts())
             with self._lock:
+                if block == 0:
+                    self.first = beside
                 self.ready += 1
                 self.bytes += summary.bytes
                 self.cells += summary.counts.get("cells", 0)
@@ -193,7 +153,7 @@ def export(
     """Map.export; with the attributes of vertices and hexahedra, or without."""
     check_cells(cells)
     into = os.fspath(folder)
-    made = _MadeFiles(into)
+    made = OutputFiles(into)
     names = [f"block_{block:04d}.vtu" for block in range(info.block_count)]
     paths = [os.path.join(into, name) for name in names]
     index = os.path.join(into, "mesh.pvtu")
@@ -203,8 +163,11 @@ def export(
         with ThreadPoolExecutor(min(_AT_ONCE, info.block_count)) as pool:
             for future in [pool.submit(work.fetch, block, path, progress) for block, path in enumerate(paths)]:
                 future.result()
-        made.write(index, iter([index_text(paths[0], names).encode()]))
+        # The index last: until then the one that was there leads to the pieces that were.
+        made.write(index, iter([index_text(work.first, names).encode()]))
+        made.put_in_place()
     except BaseException:
         made.take_back()
         raise
+    made.keep()
     return Exported(index=index, pieces=tuple(paths), bytes=work.bytes, cells=work.cells)
