@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import grpc
 
 import ndmap
+from ndmap.errors import from_rpc
 from ndmap.v1 import common_pb2, coordinator_pb2, coordinator_pb2_grpc
 
 
@@ -137,6 +138,30 @@ class ClientTest(unittest.TestCase):
         # Each watch had said something before it broke, so that five are not too many.
         self.assertEqual(job.result(60).state, "done")
         self.assertEqual([one.state for one in heard], ["running"] * 6 + ["done"])
+
+    def test_a_job_that_cannot_be_watched_is_asked_for(self):
+        self.coordinator.failures["WatchJob"] = [grpc.StatusCode.RESOURCE_EXHAUSTED] * 100
+        job = self.connect().job(1)
+        self.assertEqual(job.result(60).state, "done")
+        self.assertEqual(job.progress.state, "done")
+        self.assertEqual(self.count("WatchJob"), 1)
+        self.assertGreaterEqual(self.count("GetJob"), 1)
+
+    def test_who_is_asked_does_not_stand_for_whom_it_could_not_reach(self):
+        class Failed(grpc.RpcError):
+            def __init__(self, code, details):
+                self.code, self.details = lambda: code, lambda: details
+
+        late, unavailable = grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE
+        other = "the block server at B:2 does not answer: failed to connect to all addresses; last error: x: refused"
+        for code, details, message in (
+            (unavailable, "failed to connect to all addresses; last error: x: refused", "A cannot be reached: refused"),
+            (unavailable, other, f"A: {other}"),
+            (late, "Deadline Exceeded", "A did not answer in time"),
+            (late, "the block server at B:2 does not answer: Deadline Exceeded",
+             "A: the block server at B:2 does not answer: Deadline Exceeded"),
+        ):
+            self.assertEqual(str(from_rpc(Failed(code, details), "A")), message)
 
     def test_a_watch_that_is_refused_ends(self):
         self.coordinator.failures["WatchJob"] = [grpc.StatusCode.NOT_FOUND]

@@ -127,8 +127,9 @@ _BY_CODE: dict[grpc.StatusCode, type[NdmapError]] = {
 
 
 def _unreachable(message: str, who: str) -> str:
-    # gRPC's sentence about a failed connection is long; its end is what matters: "...: Connection refused".
-    if "failed to connect" not in message.lower() and "DNS resolution" not in message:
+    # gRPC's sentence about a failed connection is long; its end is what matters: "...: Connection refused". What the
+    # one who was asked says of another, whom it could not reach, begins otherwise and stays.
+    if not message.lower().startswith(("failed to connect", "dns resolution")):
         return f"{who}: {message}"
     return f"{who} cannot be reached: {message.rsplit(': ', 1)[-1]}"
 
@@ -140,7 +141,9 @@ def from_rpc(error: grpc.RpcError, who: str) -> NdmapError:
     if code == grpc.StatusCode.UNAVAILABLE:
         message = _unreachable(message, who)
     elif code == grpc.StatusCode.DEADLINE_EXCEEDED:
-        message = f"{who} did not answer in time"
+        # gRPC's own words; others are of somebody whom the one who was asked waited for.
+        own = message in ("", "Deadline Exceeded")
+        message = f"{who} did not answer in time" if own else f"{who}: {message}"
     elif code == grpc.StatusCode.UNIMPLEMENTED:
         message = f"{who}: {message or 'it does not know this call'}"
     result = _BY_CODE.get(code, NdmapError)(message)

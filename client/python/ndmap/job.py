@@ -9,12 +9,20 @@ from dataclasses import dataclass, field
 from typing import Callable
 
 from ndmap.connection import Connection
-from ndmap.errors import DeadlineExceededError, JobCancelledError, JobFailedError, UnavailableError
+from ndmap.errors import (
+    DeadlineExceededError,
+    JobCancelledError,
+    JobFailedError,
+    ResourceExhaustedError,
+    UnavailableError,
+)
 from ndmap.info import state_name
 from ndmap.v1 import common_pb2, coordinator_pb2
 
 # A watch is begun anew after this time, so that no call is without a deadline.
 _WATCH_SECONDS = 300.0
+# Between questions about a job that cannot be watched.
+_ASK_AGAIN_SECONDS = 0.5
 ENDED = ("done", "cancelled", "failed")
 
 
@@ -243,6 +251,13 @@ class Job:
                 if self._last is not None and self._last.state in ENDED:
                     return
                 raise UnavailableError("the watch ended before the job")
+            except ResourceExhaustedError:
+                # Too many are watching. The job goes on all the same, and is asked for now and then.
+                self._ask()
+                if self._last is not None and self._last.state in ENDED:
+                    return
+                time.sleep(_ASK_AGAIN_SECONDS)
+                continue
             except (UnavailableError, DeadlineExceededError):
                 if self._last is not before:
                     pause, failures = options.first_pause, 0
@@ -256,6 +271,14 @@ class Job:
         request = coordinator_pb2.WatchJobRequest(job=self._job, interval_milliseconds=100)
         for answer in self._connection.coordinator.WatchJob(request, timeout=_WATCH_SECONDS):
             self._tell(JobProgress.from_proto(answer.progress))
+
+    def _ask(self) -> None:
+        request = coordinator_pb2.GetJobRequest(job=self._job)
+        job = self._connection.idempotent(self._connection.coordinator.GetJob, request).job
+        progress = coordinator_pb2.JobProgress(
+            job=job.job, state=job.state, error=job.error, phase_index=len(job.results), phase_count=len(job.phases)
+        )
+        self._tell(JobProgress.from_proto(progress))
 
     def _tell(self, progress: JobProgress) -> None:
         with self._changed:
