@@ -31,9 +31,18 @@ TEST_F(SurfaceReaderTest, FourFacesAtAnEdge) {
   const std::string two =
       absl::StrCat("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
                    "v 0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nf 5 7 6\nf 5 6 8\nf 6 7 8\nf 5 8 7\n");
-  EXPECT_EQ(Error("a.obj", two),
-            "not closed: 1 edges without exactly two faces (1 with more than two), for example between "
-            "points 0 and 3");
+  EXPECT_EQ(
+      Error("a.obj", two),
+      "not a surface: 1 edge has more than two faces; the edge between points 0 and 3 has faces 1, 3, 5 "
+      "and 7; it has them because equal points were merged, 2 in all, here point 4 with point 0: parts "
+      "may touch in a point, not along an edge");
+  // The file itself lets three faces have one edge: nothing that was merged is to blame. A face that is
+  // dropped does not change the numbers of the others.
+  const std::string fin = absl::StrCat("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv -1 -1 0\nf 1 1 2\n",
+                                       "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\nf 1 4 5\n");
+  EXPECT_EQ(Error("a.obj", fin),
+            "not closed: 3 edges without exactly two faces (2 with one, in 1 border cycle; 1 with more than "
+            "two), for example between points 0 and 3; the edge between points 0 and 3 has faces 2, 4 and 5");
 }
 
 // Two tetrahedra with a corner in common are fine.

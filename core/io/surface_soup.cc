@@ -10,6 +10,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "core/geometry/parity.h"
+#include "core/io/crowded_edge.h"
 #include "core/io/text_scanner.h"
 
 namespace ndmap::internal {
@@ -34,11 +35,12 @@ absl::Status CheckSoup(const PolygonSoup& soup) {
   return absl::OkStatus();
 }
 
-// The first of each set of equal points stands for all; how many are no longer used for that.
-size_t MergePoints(PolygonSoup* soup, std::vector<std::string>* notes) {
+// The first of each set of equal points stands for all, as `stands_for` tells; how many are no longer used
+// for that.
+size_t MergePoints(PolygonSoup* soup, std::vector<uint32_t>& stands_for, std::vector<std::string>* notes) {
   absl::flat_hash_map<Point3, uint32_t> first;
   first.reserve(soup->points.size());
-  std::vector<uint32_t> stands_for(soup->points.size());
+  stands_for.resize(soup->points.size());
   size_t merged = 0;
   for (uint32_t p = 0; p < soup->points.size(); ++p) {
     for (double& x : soup->points[p]) x += 0.0;  // -0 is 0.
@@ -127,10 +129,13 @@ absl::Status NotClosed(const std::vector<HalfEdge>& sorted, size_t points) {
   }
   size_t cycles = 0;
   for (uint32_t p = 0; p < points; ++p) cycles += on_border[p] && Root(&parent, p) == p;
-  std::string what = absl::StrCat("not closed: ", single + several, " edges without exactly two faces (");
-  if (single > 0)
-    absl::StrAppend(&what, single, " with one, in ", cycles, " border cycle", cycles == 1 ? "" : "s");
-  if (several > 0) absl::StrAppend(&what, single > 0 ? "; " : "", several, " with more than two");
+  if (single == 0) {
+    return Invalid(absl::StrCat("not a surface: ", several, several == 1 ? " edge has" : " edges have",
+                                " more than two faces"));
+  }
+  std::string what = absl::StrCat("not closed: ", single + several, " edges without exactly two faces (",
+                                  single, " with one, in ", cycles, " border cycle", cycles == 1 ? "" : "s");
+  if (several > 0) absl::StrAppend(&what, "; ", several, " with more than two");
   return Invalid(
       absl::StrCat(what, "), for example between points ", example >> 32, " and ", example & 0xffffffff));
 }
@@ -262,7 +267,9 @@ absl::StatusOr<size_t> Orient(const std::vector<uint32_t>& neighbours, TriangleS
 absl::StatusOr<SurfaceFile> SurfaceFromSoup(PolygonSoup soup, const ReadLimits& limits) {
   SurfaceFile file;
   if (absl::Status s = CheckSoup(soup); !s.ok()) return s;
-  const size_t merged = MergePoints(&soup, &file.notes);
+  const GivenFaces given(soup.polygons);
+  std::vector<uint32_t> stands_for;
+  const size_t merged = MergePoints(&soup, stands_for, &file.notes);
   if (absl::Status s = DropDegenerate(&soup, &file.notes); !s.ok()) return s;
   size_t cut = 0;
   auto triangles = Triangulate(soup, &cut);
@@ -273,7 +280,10 @@ absl::StatusOr<SurfaceFile> SurfaceFromSoup(PolygonSoup soup, const ReadLimits& 
   file.surface.triangles = *std::move(triangles);
   // Before unused points go: the error names points as the file numbers them.
   const auto neighbours = Neighbours(file.surface);
-  if (!neighbours.ok()) return neighbours.status();
+  if (!neighbours.ok()) {
+    const std::string crowded = given.Explain(stands_for, merged);
+    return Invalid(absl::StrCat(neighbours.status().message(), crowded.empty() ? "" : "; ", crowded));
+  }
   const auto turned = Orient(*neighbours, &file.surface);
   if (!turned.ok()) return turned.status();
   if (*turned > 0) file.notes.push_back(absl::StrCat("turned ", *turned, " faces to agree on the outside"));
