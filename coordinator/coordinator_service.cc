@@ -56,13 +56,18 @@ grpc::Status CoordinatorServiceImpl::GetProcessStats(grpc::ServerContext*, const
   return grpc::Status::OK;
 }
 
-grpc::Status CoordinatorServiceImpl::RegisterServer(grpc::ServerContext*,
+grpc::Status CoordinatorServiceImpl::RegisterServer(grpc::ServerContext* context,
                                                     const v1::RegisterServerRequest* request,
                                                     v1::RegisterServerResponse* response) {
   const v1::Version own = service::MakeVersion(kProgram);
   if (absl::Status s = service::CheckVersion(own, request->version()); !s.ok()) return ToGrpc(s);
   if (absl::Status s = service::CheckAddress(request->address()); !s.ok()) return ToGrpc(s);
-  *response = state_->Register(*request);
+  // The answer has as much time to arrive before the caller's patience ends.
+  const absl::Time now = absl::Now(), patience = absl::FromChrono(context->deadline());
+  absl::StatusOr<v1::RegisterServerResponse> registered = state_->RegisterWhenFree(
+      *request, now + (patience - now) / 2, [this, context] { return stopping_ || context->IsCancelled(); });
+  if (!registered.ok()) return ToGrpc(registered.status());
+  *response = *std::move(registered);
   *response->mutable_version() = own;
   return grpc::Status::OK;
 }

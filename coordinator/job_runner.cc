@@ -71,7 +71,10 @@ void JobRunner::Begin(const v1::Job& job, bool create) {
     });
     if (!begun.ok()) state_->EndJob(job.job(), begun, false, false);
   }
-  for (std::thread& thread : over) thread.join();
+  // Stop() may have taken them.
+  for (std::thread& thread : over) {
+    if (thread.joinable()) thread.join();
+  }
 }
 
 void JobRunner::Stop() {

@@ -2,6 +2,7 @@
 // Servers and surfaces; maps and jobs are in state_jobs.cc.
 #include "coordinator/state.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -16,9 +17,44 @@ constexpr size_t kUnusedSurfaces = 100;
 }  // namespace
 
 v1::RegisterServerResponse State::Register(const v1::RegisterServerRequest& request) {
+  absl::MutexLock lock(&mutex_);
+  return RegisterLocked(request);
+}
+
+absl::StatusOr<v1::RegisterServerResponse> State::RegisterWhenFree(const v1::RegisterServerRequest& request,
+                                                                   absl::Time deadline,
+                                                                   absl::FunctionRef<bool()> given_up) {
+  constexpr absl::Duration kLook = absl::Milliseconds(100);
+  absl::MutexLock lock(&mutex_);
+  const absl::Time begin = absl::Now();
+  while (true) {
+    const ServerRecord* holder = nullptr;
+    for (const auto& [id, record] : servers_) {
+      if (record.server.address() == request.address() && Alive(record)) holder = &record;
+    }
+    if (holder == nullptr) return RegisterLocked(request);
+    const std::string whose =
+        absl::StrCat(request.address(), " is the address of server ", holder->server.server_id(), ", which ");
+    if (holder->last_seen > begin) {
+      return absl::AlreadyExistsError(
+          absl::StrCat(whose, "is alive: take another --advertise or --listen, or stop that server first"));
+    }
+    const absl::Time now = absl::Now(), end = holder->last_seen + options_.lease;
+    if (given_up()) return absl::CancelledError("the caller has gone");
+    if (now >= deadline) {
+      return absl::AbortedError(
+          absl::StrCat(whose, "was alive ", absl::FormatDuration(absl::Trunc(now - holder->last_seen, kLook)),
+                       " ago: waiting for its next sign of life, or the end of its lease in ",
+                       absl::FormatDuration(absl::Ceil(end - now, kLook))));
+    }
+    const auto heard = [holder, seen = holder->last_seen] { return holder->last_seen != seen; };
+    mutex_.AwaitWithTimeout(absl::Condition(&heard), std::min({kLook, deadline - now, end - now}));
+  }
+}
+
+v1::RegisterServerResponse State::RegisterLocked(const v1::RegisterServerRequest& request) {
   v1::RegisterServerResponse response;
   response.set_lease_milliseconds(static_cast<uint32_t>(absl::ToInt64Milliseconds(options_.lease)));
-  absl::MutexLock lock(&mutex_);
   uint32_t id = 0;
   for (const auto& [number, record] : servers_) {
     if (record.server.address() == request.address()) id = number;
@@ -31,19 +67,36 @@ v1::RegisterServerResponse State::Register(const v1::RegisterServerRequest& requ
   *record.server.mutable_version() = request.version();
   record.server.set_capacity(request.capacity());
   record.last_seen = absl::Now();
+  record.stopped = false;
   response.set_server_id(id);
   response.set_incarnation(last_incarnation_);
   return response;
 }
 
+State::ServerRecord* State::FindServer(uint32_t server_id, uint64_t incarnation) {
+  auto it = servers_.find(server_id);
+  const bool known =
+      it != servers_.end() && it->second.server.incarnation() == incarnation && !it->second.stopped;
+  return known ? &it->second : nullptr;
+}
+
+absl::Status State::Unregister(uint32_t server_id, uint64_t incarnation) {
+  absl::MutexLock lock(&mutex_);
+  ServerRecord* const record = FindServer(server_id, incarnation);
+  if (record == nullptr)
+    return absl::NotFoundError(absl::StrCat("server ", server_id, " is not known in this incarnation"));
+  record->stopped = true;
+  return absl::OkStatus();
+}
+
 absl::Status State::Heartbeat(const v1::HeartbeatRequest& request, v1::HeartbeatResponse* response) {
   absl::MutexLock lock(&mutex_);
-  auto it = servers_.find(request.server_id());
-  if (it == servers_.end() || it->second.server.incarnation() != request.incarnation()) {
+  ServerRecord* const record = FindServer(request.server_id(), request.incarnation());
+  if (record == nullptr) {
     return absl::NotFoundError(
         absl::StrCat("server ", request.server_id(), " is not known in this incarnation"));
   }
-  it->second.last_seen = absl::Now();
+  record->last_seen = absl::Now();
   if (response == nullptr) return absl::OkStatus();
   for (const v1::MapNumber& there : request.maps()) {
     const auto map = maps_.find(there.map());
@@ -56,15 +109,15 @@ absl::Status State::Heartbeat(const v1::HeartbeatRequest& request, v1::Heartbeat
 
 std::vector<v1::Server> State::Servers() const {
   absl::MutexLock lock(&mutex_);
+  std::map<uint32_t, uint32_t> blocks;
+  for (const auto& [name, map] : maps_) {
+    for (const v1::BlockPlacement& placement : map.blocks()) ++blocks[placement.server_id()];
+  }
   std::vector<v1::Server> result;
   for (const auto& [id, record] : servers_) {
     v1::Server server = record.server;
     server.set_alive(Alive(record));
-    uint32_t blocks = 0;
-    for (const auto& [name, map] : maps_) {
-      for (const v1::BlockPlacement& placement : map.blocks()) blocks += placement.server_id() == id;
-    }
-    server.set_blocks(blocks);
+    server.set_blocks(blocks[id]);
     result.push_back(std::move(server));
   }
   return result;
@@ -72,6 +125,10 @@ std::vector<v1::Server> State::Servers() const {
 
 absl::Status State::CheckServer(uint32_t server_id, uint64_t incarnation) const {
   absl::MutexLock lock(&mutex_);
+  return CheckServerLocked(server_id, incarnation);
+}
+
+absl::Status State::CheckServerLocked(uint32_t server_id, uint64_t incarnation) const {
   auto it = servers_.find(server_id);
   if (it == servers_.end())
     return absl::UnavailableError(absl::StrCat("server ", server_id, " is not known"));
@@ -80,6 +137,8 @@ absl::Status State::CheckServer(uint32_t server_id, uint64_t incarnation) const 
   if (record.server.incarnation() != incarnation) {
     return absl::UnavailableError(absl::StrCat(name, " was restarted and has lost its blocks"));
   }
+  if (record.stopped)
+    return absl::UnavailableError(absl::StrCat(name, " was stopped and has lost its blocks"));
   if (!Alive(record)) {
     return absl::UnavailableError(
         absl::StrCat(name, " is lost: no sign of life for ", absl::FormatDuration(options_.lease)));

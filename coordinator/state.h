@@ -13,6 +13,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/container/flat_hash_map.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
@@ -29,6 +30,8 @@ struct StateOptions {
   absl::Duration lease = absl::Seconds(10);
   // Of all surfaces that are kept.
   uint64_t max_surface_bytes = uint64_t{4} << 30;
+  // Of the jobs that have ended and are remembered: their results are as long as their maps have blocks.
+  uint64_t max_job_bytes = uint64_t{256} << 20;
 };
 
 class State {
@@ -38,9 +41,18 @@ class State {
   // --- Servers. ---
   // Also renames nothing: an address that was there before keeps its number and gets a new incarnation.
   v1::RegisterServerResponse Register(const v1::RegisterServerRequest& request);
+  // The same, but not of an address that belongs to a server that is alive. Whether it is, when its lease
+  // still runs, the next sign of life tells, or the end of the lease: waited for until `deadline` or until
+  // `given_up`, which is asked some times a second. ALREADY_EXISTS: it is alive. ABORTED: not known yet, ask
+  // again.
+  absl::StatusOr<v1::RegisterServerResponse> RegisterWhenFree(const v1::RegisterServerRequest& request,
+                                                              absl::Time deadline,
+                                                              absl::FunctionRef<bool()> given_up);
   // `response` (may be null) is told which of the server's maps are to be dropped.
   absl::Status Heartbeat(const v1::HeartbeatRequest& request, v1::HeartbeatResponse* response = nullptr);
   std::vector<v1::Server> Servers() const;
+  // The server stops: it is not alive from now on. NOT_FOUND as Heartbeat().
+  absl::Status Unregister(uint32_t server_id, uint64_t incarnation);
   // OK while the server is in this incarnation and its lease runs; otherwise UNAVAILABLE that names it.
   absl::Status CheckServer(uint32_t server_id, uint64_t incarnation) const;
 
@@ -69,6 +81,8 @@ class State {
   absl::StatusOr<v1::Job> DefineAttribute(const std::string& map, const v1::Attribute& attribute);
   absl::StatusOr<v1::Job> DropAttribute(const std::string& map, const std::string& name);
   absl::StatusOr<v1::Map> FindMap(const std::string& map) const;
+  // Without routing tables. A map that is READY and has blocks on a server that is not there any more has an
+  // error that names the server.
   std::vector<v1::Map> Maps() const;
   // Takes the map out; its name stays taken until FreeName(). FAILED_PRECONDITION while a job runs on it.
   absl::StatusOr<v1::Map> RemoveMap(const std::string& map);
@@ -93,15 +107,21 @@ class State {
   bool WaitAllEnded(absl::Duration timeout) const;
 
  private:
+  v1::RegisterServerResponse RegisterLocked(const v1::RegisterServerRequest& request)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   struct ServerRecord {
     v1::Server server;
     absl::Time last_seen;
+    // It has said goodbye.
+    bool stopped = false;
   };
   struct JobRecord {
     v1::Job job;
     v1::JobProgress progress;
     uint64_t revision = 1;
     absl::Time started;
+    // Of what is remembered of it when it has ended.
+    uint64_t bytes = 0;
     // The map's list when the job is done, if that is what it is for.
     std::optional<google::protobuf::RepeatedPtrField<v1::Attribute>> attributes;
   };
@@ -109,7 +129,13 @@ class State {
   v1::Job NewJob(const std::string& map, const std::string& kind, bool changes_map,
                  std::vector<v1::Phase> phases) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<JobRecord*> FindRecord(uint64_t job) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  bool Alive(const ServerRecord& record) const { return absl::Now() - record.last_seen < options_.lease; }
+  bool Alive(const ServerRecord& record) const {
+    return !record.stopped && absl::Now() - record.last_seen < options_.lease;
+  }
+  // The server in this incarnation, also one that is lost; null if it is not known, or has stopped.
+  ServerRecord* FindServer(uint32_t server_id, uint64_t incarnation) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckServerLocked(uint32_t server_id, uint64_t incarnation) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckFree(const v1::Map& map) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The map, if a job may be begun on it.
   absl::StatusOr<v1::Map*> FindToRun(const std::string& map, bool changes_map)
@@ -134,6 +160,8 @@ class State {
   std::set<std::string> leaving_ ABSL_GUARDED_BY(mutex_);
   std::map<uint64_t, std::unique_ptr<JobRecord>> jobs_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_job_ ABSL_GUARDED_BY(mutex_) = 0;
+  // Of all jobs that have ended.
+  uint64_t job_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace ndmap::coordinator

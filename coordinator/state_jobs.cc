@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Maps and their jobs.
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,8 @@ namespace {
 
 // Ended jobs that are remembered.
 constexpr size_t kKeptJobs = 1000;
+// However long their results are: who waits for one of them has not asked for them yet.
+constexpr size_t kJobsAlwaysKept = 16;
 
 double UnixSeconds(absl::Time t) { return absl::ToDoubleSeconds(t - absl::UnixEpoch()); }
 
@@ -35,8 +38,15 @@ void Shorten(v1::Phase& phase) {
 v1::Job State::NewJob(const std::string& map, const std::string& kind, bool changes_map,
                       std::vector<v1::Phase> phases) {
   // The oldest that have ended are forgotten.
-  for (auto it = jobs_.begin(); jobs_.size() >= kKeptJobs && it != jobs_.end();) {
-    it = Running(it->second->job) ? std::next(it) : jobs_.erase(it);
+  for (auto it = jobs_.begin(); it != jobs_.end();) {
+    const bool few = jobs_.size() < kJobsAlwaysKept;
+    if (few || (jobs_.size() < kKeptJobs && job_bytes_ <= options_.max_job_bytes)) break;
+    if (Running(it->second->job)) {
+      ++it;
+      continue;
+    }
+    job_bytes_ -= it->second->bytes;
+    it = jobs_.erase(it);
   }
   auto record = std::make_unique<JobRecord>();
   record->started = absl::Now();
@@ -125,6 +135,13 @@ std::vector<v1::Map> State::Maps() const {
   for (const auto& [name, map] : maps_) {
     result.push_back(map);
     result.back().clear_blocks();
+    if (map.state() != v1::MAP_STATE_READY) continue;
+    std::set<std::pair<uint32_t, uint64_t>> servers;
+    for (const v1::BlockPlacement& b : map.blocks()) servers.emplace(b.server_id(), b.incarnation());
+    for (const auto& [server, incarnation] : servers) {
+      const absl::Status status = CheckServerLocked(server, incarnation);
+      if (!status.ok()) result.back().set_error(std::string(status.message()));
+    }
   }
   return result;
 }
@@ -163,10 +180,19 @@ std::vector<v1::Job> State::Jobs(const std::string& map) const {
   std::vector<v1::Job> result;
   for (const auto& [number, record] : jobs_) {
     if (!map.empty() && record->job.map() != map) continue;
-    result.push_back(record->job);
-    result.back().clear_results();
-    // Lists of hexahedra and assignments are long, and a list of jobs is read by people.
-    for (v1::Phase& phase : *result.back().mutable_phases()) phase.clear_parameters();
+    // Field by field: results are long, and a list of jobs is read by people. So are lists of hexahedra and
+    // assignments among the parameters of phases.
+    const v1::Job& job = record->job;
+    v1::Job& brief = result.emplace_back();
+    brief.set_job(job.job());
+    brief.set_map(job.map());
+    brief.set_kind(job.kind());
+    brief.set_state(job.state());
+    brief.set_error(job.error());
+    brief.set_changes_map(job.changes_map());
+    brief.set_started(job.started());
+    brief.set_ended(job.ended());
+    for (const v1::Phase& phase : job.phases()) brief.add_phases()->set_algorithm(phase.algorithm());
   }
   return result;
 }
@@ -231,6 +257,8 @@ void State::EndJob(uint64_t number, const absl::Status& status, bool cancelled, 
   progress.set_error(job.error());
   progress.set_seconds(job.ended() - job.started());
   ++(*record)->revision;
+  (*record)->bytes = job.SpaceUsedLong() + progress.SpaceUsedLong();
+  job_bytes_ += (*record)->bytes;
   auto it = maps_.find(job.map());
   if (it == maps_.end()) return;
   v1::Map& map = it->second;

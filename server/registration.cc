@@ -41,7 +41,13 @@ absl::Status Registration::Register(absl::Time deadline) {
 }
 
 absl::Status Registration::Begin(absl::Duration timeout) {
-  if (absl::Status status = Register(absl::Now() + timeout); !status.ok()) return status;
+  absl::Status status = Register(absl::Now() + timeout);
+  // A server that was killed at this address may have been this one: the end of its lease will tell.
+  while (absl::IsAborted(status)) {
+    spdlog::warn("{}", std::string(status.message()));
+    status = Register(absl::Now() + timeout);
+  }
+  if (!status.ok()) return status;
   thread_ = std::thread([this] { KeepAlive(); });
   return absl::OkStatus();
 }

@@ -30,7 +30,8 @@ class Registration {
   Registration(const std::string& coordinator, v1::RegisterServerRequest request, Holdings holdings);
   ~Registration();
 
-  // The first registration. Waits at most `timeout` for the coordinator; the error is one sentence.
+  // The first registration. Waits at most `timeout` for the coordinator, and while a server that had the
+  // address may be alive for the end of its lease; the error is one sentence.
   absl::Status Begin(absl::Duration timeout);
   void Stop();
 
