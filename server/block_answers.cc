@@ -154,7 +154,7 @@ absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& respon
   if (!initial.ok()) return initial.status();
   std::vector<DartIndex> darts;
   for (uint32_t d : question.darts()) darts.push_back(DartIndex{d});
-  DartNamer namer(**initial, darts);
+  DartNamer<Block3> namer(**initial, darts);
   v1::NameAnswer& answer = *response.mutable_name();
   uint64_t version = 0;
   auto step = [&](Block3& block) -> absl::StatusOr<bool> {

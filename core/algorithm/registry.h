@@ -28,7 +28,15 @@ const std::vector<AlgorithmInfo>& Algorithms();
 // NOT_FOUND that lists the names there are.
 absl::StatusOr<AlgorithmInfo> FindAlgorithm(absl::string_view name);
 
-// An algorithm for one block. INVALID_ARGUMENT names the parameter that is wrong. The block outlives it.
+// An algorithm for one block. INVALID_ARGUMENT names the parameter that is wrong; FAILED_PRECONDITION: it
+// makes no sense in a map of this dimension. The block outlives it.
+absl::StatusOr<std::unique_ptr<BlockAlgorithm>> MakeAlgorithm(absl::string_view name,
+                                                              const Parameters& parameters,
+                                                              const Environment& environment, Block2& block);
+absl::StatusOr<std::unique_ptr<BlockAlgorithm>> MakeAlgorithm(absl::string_view name,
+                                                              const Parameters& parameters,
+                                                              const Environment& environment,
+                                                              Block2OnCgalStorage& block);
 absl::StatusOr<std::unique_ptr<BlockAlgorithm>> MakeAlgorithm(absl::string_view name,
                                                               const Parameters& parameters,
                                                               const Environment& environment, Block3& block);

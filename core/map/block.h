@@ -119,7 +119,9 @@ class Block {
   uint64_t version_ = 1;
 };
 
-// What services host.
+// What services host: surfaces and volumes.
+using Block2 = Block<MapTypes<2, StorageKind::kFlat>>;
+using Block2OnCgalStorage = Block<MapTypes<2, StorageKind::kCgal>>;
 using Block3 = Block<MapTypes<3, StorageKind::kFlat>>;
 using Block3OnCgalStorage = Block<MapTypes<3, StorageKind::kCgal>>;
 

@@ -44,6 +44,8 @@ std::string ToString(const Label& label) { return absl::StrFormat("%x:%x", label
 
 CellId CellId::Initial(uint64_t number) { return CellId(number << (kPathBits - 64), 1); }
 
+CellId CellId::Polygon(uint64_t number) { return CellId(number << (kPathBits - 64), 2); }
+
 CellId CellId::FromWords(uint64_t hi, uint64_t lo) { return CellId(hi, lo); }
 
 CellId CellId::Child(unsigned c) const {
@@ -66,6 +68,7 @@ int CellId::Sentinel() const {
 bool CellId::IsWellFormed() const {
   const int sentinel = Sentinel();
   if (sentinel < 0) return false;
+  if (is_polygon()) return lo_ == 2;
   if (is_cell()) return sentinel <= 3 * kMaxLevel;
   if (is_part()) return sentinel >= kPartBits && level() <= kMaxLevel && part() < kWholePart;
   return sentinel == kRankBits;
@@ -88,6 +91,7 @@ CellId CellId::Rank(uint64_t initial, unsigned dimension, uint32_t rank) {
 }
 
 unsigned CellId::dimension(unsigned n) const {
+  if (is_polygon()) return 2;
   if (is_cell()) return n;
   if (is_rank()) return static_cast<unsigned>(lo_ >> 29 & 3);
   const unsigned p = part();
@@ -114,7 +118,7 @@ std::string CellId::ToString() const {
     const CellId h = hexahedron();
     return absl::StrCat(kPrefixes.substr(dimension(), 1), h.ToString().substr(1), ":", NumberOfPart(part()));
   }
-  std::string text = absl::StrCat("h", initial());
+  std::string text = absl::StrCat(is_polygon() ? "f" : "h", initial());
   for (int i = 1; i <= level(); ++i) absl::StrAppend(&text, i == 1 ? "/" : ".", digit(i));
   return text;
 }
@@ -123,14 +127,15 @@ absl::StatusOr<CellId> CellId::Parse(absl::string_view text) {
   const absl::Status bad = absl::InvalidArgumentError(
       absl::StrCat("'", text.substr(0, 200),
                    "', expected the id of a cell, for example h12/0.3.7 (a hexahedron), "
-                   "v12/0.3.7:5 (a vertex), e12:11 (an edge), f12/0:2 (a face)"));
+                   "v12/0.3.7:5 (a vertex), e12:11 (an edge), f12/0:2 (a face), f12 (a polygon)"));
   const size_t dimension = text.empty() ? absl::string_view::npos : kPrefixes.find(text[0]);
   if (dimension == absl::string_view::npos) return bad;
   absl::string_view rest = text.substr(1);
   const bool ranked = absl::StrContains(rest, '#');
+  const bool polygon = dimension == 2 && rest.find_first_of("#:/") == absl::string_view::npos;
   // The number after ':' or '#': which part.
   uint32_t which = 0;
-  if (ranked || dimension < 3) {
+  if (ranked || (dimension < 3 && !polygon)) {
     const std::pair<absl::string_view, absl::string_view> halves =
         absl::StrSplit(rest, absl::MaxSplits(ranked ? '#' : ':', 1));
     if (halves.first.size() == rest.size() || !IsNumber(halves.second) ||
@@ -146,6 +151,7 @@ absl::StatusOr<CellId> CellId::Parse(absl::string_view text) {
                ? absl::StatusOr<CellId>(Rank(number, static_cast<unsigned>(dimension), which))
                : bad;
   }
+  if (polygon) return Polygon(number);
   CellId id = Initial(number);
   if (parts.first.size() != rest.size()) {
     for (absl::string_view digit : absl::StrSplit(parts.second, '.')) {
@@ -168,7 +174,9 @@ absl::StatusOr<absl::flat_hash_set<CellId>> ParseCellIds(absl::string_view text)
     if (!id.ok()) return id.status();
     if (!id->is_cell()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("'", word, "', expected the id of a hexahedron, for example h12/0.3.7"));
+          absl::StrCat("'", word,
+                       "', expected the id of a hexahedron (or of a surface's face), for example "
+                       "h12/0.3.7 (or f12)"));
     }
     cells.insert(*id);
   }

@@ -66,12 +66,14 @@ std::string ToString(const Label& label);
 // The id of a cell of any dimension: 128 bits, the same for any number of blocks, any order of messages and
 // any server, and never changed by what happens to other cells (docs/ids.md). The upper 34 bits hold the
 // number of an initial n-cell, the lower 94 a sentinel bit and what follows it; where the sentinel stands
-// says which of three kinds the id is of:
+// says which of four kinds the id is of:
 //
-//   n-cell  path of child numbers, 3 bits a level                            "h12/0.3.7"
-//   part    path of a hexahedron and, in 5 bits, one of its 26 vertices,     "v12/0.3.7:5" "e12:11" "f12/0:2"
-//           edges and faces
-//   rank    2 bits of dimension and 29 of a number within the initial cell   "v12#5" "e12#0" "f12#3"
+//   3-cell   path of child numbers, 3 bits a level                            "h12/0.3.7"
+//   part     path of a hexahedron and, in 5 bits, one of its 26 vertices,     "v12/0.3.7:5" "e12:11"
+//   "f12/0:2"
+//            edges and faces
+//   rank     2 bits of dimension and 29 of a number within the initial cell   "v12#5" "e12#0" "f12#3"
+//   polygon  the face of a surface: an n-cell with n = 2                      "f12"
 class CellId {
  public:
   static constexpr int kMaxLevel = 29;
@@ -87,6 +89,8 @@ class CellId {
   // A vertex, edge or face of a hexahedron (which need not exist): part < kWholePart; the hexahedron itself
   // for kWholePart.
   static CellId Part(const CellId& hexahedron, unsigned part);
+  // A face of a map of dimension 2, by its number.
+  static CellId Polygon(uint64_t number);
   // A cell of dimension 0 ... 3 known by its rank in an initial cell.
   static CellId Rank(uint64_t initial, unsigned dimension, uint32_t rank);
 
@@ -98,10 +102,12 @@ class CellId {
   CellId Parent() const;
 
   uint64_t initial() const { return hi_ >> 30; }
-  bool is_cell() const { return Sentinel() % 3 == 0; }
+  // An n-cell: of a map of dimension 3, or a polygon.
+  bool is_cell() const { return Sentinel() % 3 == 0 || is_polygon(); }
+  bool is_polygon() const { return Sentinel() == 1; }
   bool is_part() const { return Sentinel() % 3 == 2; }
-  bool is_rank() const { return Sentinel() % 3 == 1; }
-  // Of a part or rank; n-cells have the dimension of their map, which is given back.
+  bool is_rank() const { return Sentinel() % 3 == 1 && !is_polygon(); }
+  // n-cells that are no polygons have the dimension of their map, which is given back.
   unsigned dimension(unsigned n = 3) const;
   // Of a part: which, and of which hexahedron.
   unsigned part() const { return static_cast<unsigned>(lo_ & 31); }
@@ -119,7 +125,8 @@ class CellId {
   bool valid() const { return hi_ != 0 || lo_ != 0; }
 
   // "h12/0.3.7": initial cell 12, child 0, of it child 3, of it child 7; "h12" at level 0. "v12/0.3.7:5",
-  // "e…:11", "f…:2": vertex 5 (0 ... 7), edge 11 (0 ... 11), face 2 (0 ... 5) of that hexahedron.
+  // "e…:11", "f…:2": vertex 5 (0 ... 7), edge 11 (0 ... 11), face 2 (0 ... 5) of that hexahedron. "f12":
+  // polygon 12.
   std::string ToString() const;
   // Reads ToString()'s form; INVALID_ARGUMENT otherwise.
   static absl::StatusOr<CellId> Parse(absl::string_view text);

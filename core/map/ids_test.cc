@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "gtest/gtest.h"
 
 namespace ndmap {
@@ -43,8 +44,9 @@ TEST(CellIdTest, ParseReadsTextFormAndRefusesOthers) {
     EXPECT_EQ(id->ToString(), text);
     EXPECT_TRUE(id->IsWellFormed());
   }
-  for (const char* text : {"v1", "v1:8", "e1:12", "f1:6", "f1:", "h1:3", "v1/0#2", "v1#536870912", "v1#",
-                           "x1:2", "v :1", "v1: 1", "v+1:1"}) {
+  EXPECT_EQ(CellId::Parse("f12").value(), CellId::Polygon(12));
+  for (const char* text : {"v1", "e1", "f", "f1/0", "v1:8", "e1:12", "f1:6", "f1:", "h1:3", "v1/0#2",
+                           "v1#536870912", "v1#", "x1:2", "v :1", "v1: 1", "v+1:1"}) {
     EXPECT_FALSE(CellId::Parse(text).ok()) << text;
   }
   for (const char* text : {"", "12", "h", "h-1", "h1/", "h1/8", "h1/0.", "h1/07", "h99999999999"}) {
@@ -87,9 +89,21 @@ TEST(CellIdTest, EveryKindOfIdIsDistinctAndReadsBack) {
       ASSERT_EQ(id.rank(), rank);
     }
   }
+  for (uint64_t number : {uint64_t{0}, uint64_t{12}, CellId::kMaxInitial}) {
+    const CellId id = CellId::Polygon(number);
+    all.insert(id);
+    ++made;
+    ASSERT_TRUE(id.IsWellFormed() && id.is_polygon() && id.is_cell() && !id.is_rank() && !id.is_part());
+    ASSERT_EQ(id.dimension(), 2u);
+    ASSERT_EQ(id.level(), 0);
+    ASSERT_EQ(id.initial(), number);
+    ASSERT_EQ(id.ToString(), absl::StrCat("f", number));
+    ASSERT_EQ(CellId::Parse(id.ToString()).value(), id);
+  }
   EXPECT_EQ(all.size(), made);
   EXPECT_FALSE(CellId().IsWellFormed());
-  EXPECT_FALSE(CellId::FromWords(0, 2).IsWellFormed());
+  EXPECT_FALSE(CellId::FromWords(0, 3).IsWellFormed());
+  EXPECT_FALSE(CellId::FromWords(0, 4).IsWellFormed());
 }
 
 TEST(DigestTest, CarriesAcrossWords) {

@@ -36,6 +36,8 @@ absl::Span<const CornerFrame> FramesOf(CellKind kind) {
       return kPrism;
     case CellKind::kHexahedron:
       return kHexahedron;
+    case CellKind::kPolygon:
+      break;
   }
   return {};
 }

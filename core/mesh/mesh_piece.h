@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/types/span.h"
 #include "core/map/ids.h"
+#include "core/mesh/piece_cells.h"
 #include "core/mesh/volume_mesh.h"
 
 namespace ndmap {
@@ -40,15 +41,9 @@ class MeshCutter {
   MeshPiece Piece(BlockId block) const;
 
  private:
-  absl::Span<const uint32_t> CellsAt(uint32_t point) const;
-
   const VolumeMesh& mesh_;
   const absl::Span<const uint32_t> block_of_;
-  // The cells at point p: at_point_[first_at_[p]] to at_point_[first_at_[p + 1]], ascending; of blocks alike.
-  std::vector<uint64_t> first_at_;
-  std::vector<uint32_t> at_point_;
-  std::vector<uint64_t> first_in_;
-  std::vector<uint32_t> in_block_;
+  const internal::PieceCells cells_;
 };
 
 }  // namespace ndmap

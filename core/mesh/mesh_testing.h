@@ -19,6 +19,8 @@ inline std::vector<Point3> UnitCorners(CellKind kind) {
       return {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
     case CellKind::kHexahedron:
       return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    case CellKind::kPolygon:
+      break;
   }
   return {};
 }

@@ -29,8 +29,10 @@
 
 namespace ndmap {
 
-enum class CellKind : uint8_t { kTetrahedron, kPyramid, kPrism, kHexahedron };
+// kPolygon: a face of a surface, the n-cell of a map of dimension 2; it has no CellShape.
+enum class CellKind : uint8_t { kTetrahedron, kPyramid, kPrism, kHexahedron, kPolygon };
 
+// Of volumes.
 inline constexpr int kCellKinds = 4;
 inline constexpr int kMostCellCorners = 8;
 inline constexpr int kMostCellFaces = 6;

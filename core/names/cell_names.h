@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The ids of the vertices, edges and faces of one n-cell of a block, of any kind.
+// The ids of the vertices, edges and faces of one n-cell of a block, of any kind, for n = 2 and 3.
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
+#include <vector>
 
 #include "core/map/block.h"
 #include "core/names/hexahedron_lattice.h"
 #include "core/names/mesh_cells.h"
 #include "core/names/name_of.h"
+#include "core/names/polygon_cells.h"
 #include "core/names/polyhedron_lattice.h"
 
 namespace ndmap {
 
+// In a map of dimension 3.
 template <class BlockT>
-class CellNames {
+class VolumeNames {
  public:
   using Lcc = typename BlockT::Lcc;
   using Dart = typename BlockT::Dart;
@@ -21,7 +25,7 @@ class CellNames {
   // Of a dart at a vertex that only hangs on the cell.
   static constexpr unsigned kNoCorner = 255;
 
-  CellNames(Lcc& map, const InitialCells& initial)
+  VolumeNames(Lcc& map, const InitialCells& initial)
       : map_(map), initial_(initial), hexahedron_(map), polyhedron_(map) {}
 
   // Looks at a cell and returns how many darts it has. O(its darts).
@@ -86,5 +90,52 @@ class CellNames {
   const std::vector<typename HexahedronLattice<BlockT>::Placed>* of_hexahedron_ = nullptr;
   const std::vector<typename PolyhedronLattice<BlockT>::Placed>* of_polyhedron_ = nullptr;
 };
+
+// In a map of dimension 2: nothing changes its faces, so that the corners of the map are those of the
+// surface.
+template <class BlockT>
+class PolygonNames {
+ public:
+  using Lcc = typename BlockT::Lcc;
+  using Dart = typename BlockT::Dart;
+  using Cell = typename BlockT::Types::Cell;
+
+  PolygonNames(Lcc& map, const InitialCells& initial) : map_(map), polygons_(initial.polygons()) {}
+
+  // As of VolumeNames.
+  size_t Look(Cell cell) {
+    const auto& info = map_.template info_of_attribute<2>(cell);
+    id_ = info.id;
+    face_ = polygons_ == nullptr ? kNoCell : polygons_->FaceOf(id_.initial());
+    darts_.clear();
+    if (face_ == kNoCell) return 0;
+    Dart d = info.reference;
+    do {
+      darts_.push_back(d);
+      d = map_.template beta<1>(d);
+    } while (d != info.reference);
+    return darts_.size();
+  }
+
+  // Around the face, from its corner 0.
+  Dart dart(size_t i) const { return darts_[i]; }
+  // O(1).
+  CellId Name(size_t i, unsigned dimension) const {
+    if (dimension >= 2) return id_;
+    const auto corner = static_cast<uint32_t>(i);
+    return dimension == 0 ? polygons_->VertexName(face_, corner) : polygons_->EdgeName(face_, corner);
+  }
+  unsigned Corner(size_t i) const { return static_cast<unsigned>(i); }
+
+ private:
+  Lcc& map_;
+  const PolygonCells* const polygons_;
+  CellId id_;
+  uint32_t face_ = kNoCell;
+  std::vector<Dart> darts_;
+};
+
+template <class BlockT>
+using CellNames = std::conditional_t<BlockT::n == 2, PolygonNames<BlockT>, VolumeNames<BlockT>>;
 
 }  // namespace ndmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What names need to know of the initial mesh: which initial hexahedron owns a place on the boundary between
-// several. Everything else about a cell's id follows from its own hexahedron.
+// several; of a surface, which of its faces. Everything else about a cell's id follows from its own
+// hexahedron.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 namespace ndmap {
 
 class MeshCells;
+class PolygonCells;
 
 // A place in an initial hexahedron: coordinates along its three axes, from 0 to kSide.
 struct LatticePlace {
@@ -41,8 +43,10 @@ class InitialCells {
   // most 8 in a grid.
   virtual std::vector<LatticeBox> Around(const LatticeBox& box) const = 0;
   // What is known of a mesh in which not all initial cells are hexahedra, or axes are not parallel; null for
-  // a grid.
+  // a grid and for a surface.
   virtual const MeshCells* mesh() const { return nullptr; }
+  // What is known of a surface, whose map has dimension 2; null for the others.
+  virtual const PolygonCells* polygons() const { return nullptr; }
 };
 
 // The grid of the main job: hexahedron number i + cells[0] (j + cells[1] k).

@@ -25,6 +25,7 @@ TreePoint ToTree(const Point3& p) { return {p[0], p[1], p[2]}; }
 TreeBox ToTree(const Box3& b) { return {ToTree(b.lo), ToTree(b.hi)}; }
 
 CellId Lengthened(CellId id) {
+  if (id.is_polygon()) return id;
   while (id.level() < CellId::kMaxLevel) id = id.Child(0);
   return id;
 }
@@ -98,7 +99,9 @@ std::vector<std::pair<double, const CellIndex::Entry*>> CellIndex::Nearest(const
 CellIndexBuilder::CellIndexBuilder() = default;
 CellIndexBuilder::~CellIndexBuilder() = default;
 
-absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget) {
+template <class BlockT>
+absl::StatusOr<bool> CellIndexBuilder::Step(BlockT& block, size_t budget) {
+  constexpr unsigned n = BlockT::n;
   auto& map = block.map();
   if (version_ == 0) version_ = block.version();
   if (version_ != block.version()) {
@@ -106,10 +109,10 @@ absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget) {
   }
   if (!begun_) {
     begun_ = true;
-    auto& cells = map.attributes<3>();
+    auto& cells = map.template attributes<n>();
     todo_.reserve(cells.size());
     for (auto it = cells.begin(); it != cells.end(); ++it) {
-      todo_.push_back(IndexOf(map, map.info_of_attribute<3>(it).reference));
+      todo_.push_back(IndexOf(map, map.template info_of_attribute<n>(it).reference));
     }
     read_.reserve(todo_.size());
   }
@@ -117,17 +120,20 @@ absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget) {
     const DartIndex reference = todo_.back();
     todo_.pop_back();
     const auto d = DartAt(map, reference);
-    if (d == Block3::Lcc::null_handle || map.attribute<0>(d) == Block3::Lcc::null_handle ||
-        (map.info<3>(d).id.level() == 0 && !HasVertices<Block3>(map, d))) {
+    if (d == BlockT::Lcc::null_handle || map.template attribute<0>(d) == BlockT::Lcc::null_handle ||
+        (map.template info<n>(d).id.level() == 0 && !HasVertices<BlockT>(map, d))) {
       return absl::FailedPreconditionError(absl::StrCat("block ", block.id().value, " is being built"));
     }
-    const auto cell = map.attribute<3>(d);
-    const CellId id = map.info_of_attribute<3>(cell).id;
-    const Box3 box = CellBox<Block3>(map, cell);
+    const auto cell = map.template attribute<n>(d);
+    const CellId id = map.template info_of_attribute<n>(cell).id;
+    const Box3 box = CellBox<BlockT>(map, cell);
     read_.push_back({{Lengthened(id), reference, static_cast<uint8_t>(id.level())}, box});
   }
   return todo_.empty();
 }
+
+template absl::StatusOr<bool> CellIndexBuilder::Step(Block2& block, size_t budget);
+template absl::StatusOr<bool> CellIndexBuilder::Step(Block3& block, size_t budget);
 
 std::shared_ptr<const CellIndex> CellIndexBuilder::Build() {
   std::sort(read_.begin(), read_.end(),
@@ -193,28 +199,52 @@ DartIndex FindInMesh(Block3& block, const CellIndex& index, const MeshCells& mes
   return DartIndex{};
 }
 
+// At a corner or side of a face of the block that is still there.
+DartIndex FindOnSurface(Block2& block, const CellIndex& index, const PolygonCells& surface,
+                        const CellId& id) {
+  for (const SideLink& at : surface.Find(id).at) {
+    const CellIndex::Entry* entry = index.Find(CellId::Polygon(surface.piece().numbers[at.face]));
+    if (entry == nullptr) continue;
+    auto d = DartAt(block.map(), entry->reference);
+    for (uint32_t i = 0; i < at.side; ++i) d = block.map().beta<1>(d);
+    return IndexOf(block.map(), d);
+  }
+  return DartIndex{};
+}
+
 }  // namespace
 
-DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
+template <class BlockT>
+DartIndex FindCell(BlockT& block, const CellIndex& index, const InitialCells& initial, const CellId& id) {
   if (id.is_cell()) {
     const CellIndex::Entry* entry = index.Find(id);
     return entry == nullptr ? DartIndex{} : entry->reference;
   }
-  if (id.is_part()) {
-    if (const DartIndex d = FindPart(block, index, initial, id); d.valid()) return d;
+  if constexpr (BlockT::n == 2) {
+    const PolygonCells* surface = initial.polygons();
+    return surface == nullptr ? DartIndex{} : FindOnSurface(block, index, *surface, id);
+  } else {
+    if (id.is_part()) {
+      if (const DartIndex d = FindPart(block, index, initial, id); d.valid()) return d;
+    }
+    return initial.mesh() == nullptr ? DartIndex{} : FindInMesh(block, index, *initial.mesh(), id);
   }
-  return initial.mesh() == nullptr ? DartIndex{} : FindInMesh(block, index, *initial.mesh(), id);
 }
 
-NearestVertex FindNearestVertex(Block3& block, const CellIndex& index, const InitialCells& initial,
+template DartIndex FindCell(Block2&, const CellIndex&, const InitialCells&, const CellId&);
+template DartIndex FindCell(Block3&, const CellIndex&, const InitialCells&, const CellId&);
+
+template <class BlockT>
+NearestVertex FindNearestVertex(BlockT& block, const CellIndex& index, const InitialCells& initial,
                                 const Point3& point) {
   NearestVertex best;
-  CellNames<Block3> names(block.map(), initial);
+  CellNames<BlockT> names(block.map(), initial);
   index.ByDistance(point, [&](double distance, const CellIndex::Entry& entry) {
     if (distance > best.distance) return false;
-    const size_t darts = names.Look(block.map().attribute<3>(DartAt(block.map(), entry.reference)));
+    const size_t darts =
+        names.Look(block.map().template attribute<BlockT::n>(DartAt(block.map(), entry.reference)));
     for (size_t i = 0; i < darts; ++i) {
-      const Point3 p = Frame<Block3>::StartPoint(block.map(), names.dart(i));
+      const Point3 p = Frame<BlockT>::StartPoint(block.map(), names.dart(i));
       double squared = 0;
       for (int c = 0; c < 3; ++c) squared += (p[c] - point[c]) * (p[c] - point[c]);
       if (squared > best.distance) continue;
@@ -225,5 +255,8 @@ NearestVertex FindNearestVertex(Block3& block, const CellIndex& index, const Ini
   });
   return best;
 }
+
+template NearestVertex FindNearestVertex(Block2&, const CellIndex&, const InitialCells&, const Point3&);
+template NearestVertex FindNearestVertex(Block3&, const CellIndex&, const InitialCells&, const Point3&);
 
 }  // namespace ndmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Finds the hexahedra of one block at one of its versions by id, by place in the lattice and by place in
-// space. Made in steps, so that whoever hosts the block can do other things between; then it does not change.
+// Finds the n-cells of one block at one of its versions by id, by place in the lattice and by place in space.
+// For n = 2 and 3. Made in steps, so that whoever hosts the block can do other things between; then it does
+// not change.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,8 @@ namespace ndmap {
 class CellIndex {
  public:
   struct Entry {
-    // The id, lengthened by zeros to the finest level: ordered along the octrees of the initial hexahedra.
+    // The id, of a hexahedron lengthened by zeros to the finest level: ordered along the octrees of the
+    // initial hexahedra.
     CellId key;
     DartIndex reference;
     uint8_t level = 0;
@@ -56,9 +58,10 @@ class CellIndexBuilder {
  public:
   CellIndexBuilder();
   ~CellIndexBuilder();
-  // Reads up to `budget` hexahedra; true when all are read. ABORTED if the block changed since the first
+  // Reads up to `budget` cells; true when all are read. ABORTED if the block changed since the first
   // step.
-  absl::StatusOr<bool> Step(Block3& block, size_t budget);
+  template <class BlockT>
+  absl::StatusOr<bool> Step(BlockT& block, size_t budget);
   // After Step() was true; needs the block no more, so it belongs on a thread of its own. O(cells log cells).
   std::shared_ptr<const CellIndex> Build();
 
@@ -71,7 +74,8 @@ class CellIndexBuilder {
 
 // A dart of a cell of any dimension, by the cell's id; none if the block has no dart of it. O(log cells +
 // darts of the hexahedra around).
-DartIndex FindCell(Block3& block, const CellIndex& index, const InitialCells& initial, const CellId& id);
+template <class BlockT>
+DartIndex FindCell(BlockT& block, const CellIndex& index, const InitialCells& initial, const CellId& id);
 
 // The vertex nearest to a point.
 struct NearestVertex {
@@ -80,7 +84,8 @@ struct NearestVertex {
   CellId id;
   DartIndex dart;
 };
-NearestVertex FindNearestVertex(Block3& block, const CellIndex& index, const InitialCells& initial,
+template <class BlockT>
+NearestVertex FindNearestVertex(BlockT& block, const CellIndex& index, const InitialCells& initial,
                                 const Point3& point);
 
 template <class Visit>

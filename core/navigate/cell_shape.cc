@@ -12,7 +12,8 @@
 
 namespace ndmap {
 
-TriangleSurface BoundaryOf(Block3& block, const CellNames<Block3>& names, size_t darts) {
+template <class BlockT>
+TriangleSurface FacesOf(BlockT& block, const CellNames<BlockT>& names, size_t darts) {
   auto& map = block.map();
   TriangleSurface surface;
   absl::flat_hash_map<CellId, uint32_t> number_of;
@@ -23,9 +24,9 @@ TriangleSurface BoundaryOf(Block3& block, const CellNames<Block3>& names, size_t
     do {
       const CellId id = names.Name(i, 0);
       const auto [it, added] = number_of.try_emplace(id, static_cast<uint32_t>(surface.points.size()));
-      if (added) surface.points.push_back(Frame<Block3>::StartPoint(map, names.dart(i)));
+      if (added) surface.points.push_back(Frame<BlockT>::StartPoint(map, names.dart(i)));
       face.emplace_back(id, it->second);
-    } while (map.beta<1>(names.dart(i++)) != first);
+    } while (map.template beta<1>(names.dart(i++)) != first);
     std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
     for (size_t k = 1; k + 1 < face.size(); ++k) {
       surface.triangles.push_back({face[0].second, face[k].second, face[k + 1].second});
@@ -34,10 +35,16 @@ TriangleSurface BoundaryOf(Block3& block, const CellNames<Block3>& names, size_t
   return surface;
 }
 
-bool CellMeets(Block3& block, CellNames<Block3>& names, Block3::Types::Cell cell, const Box3& box) {
+template <class BlockT>
+bool CellMeets(BlockT& block, CellNames<BlockT>& names, typename BlockT::Types::Cell cell, const Box3& box) {
   const size_t darts = names.Look(cell);
-  const auto surface = std::make_shared<const TriangleSurface>(BoundaryOf(block, names, darts));
-  return SurfaceIndex(surface).Meets(box) || InsideByParity(*surface, box.lo);
+  const auto faces = std::make_shared<const TriangleSurface>(FacesOf(block, names, darts));
+  return SurfaceIndex(faces).Meets(box) || (BlockT::n == 3 && InsideByParity(*faces, box.lo));
 }
+
+template TriangleSurface FacesOf(Block2&, const CellNames<Block2>&, size_t);
+template TriangleSurface FacesOf(Block3&, const CellNames<Block3>&, size_t);
+template bool CellMeets(Block2&, CellNames<Block2>&, Block2::Types::Cell, const Box3&);
+template bool CellMeets(Block3&, CellNames<Block3>&, Block3::Types::Cell, const Box3&);
 
 }  // namespace ndmap

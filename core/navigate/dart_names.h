@@ -15,10 +15,11 @@
 
 namespace ndmap {
 
-// By dimension: of a dart's vertex, edge, face and n-cell.
+// By dimension: of a dart's vertex, edge, face and volume; that is none in a map of dimension 2.
 using DartIds = std::array<CellId, 4>;
 
 // Names darts cell by cell: those of one n-cell cost O(its darts) together.
+template <class BlockT>
 class DartNamer {
  public:
   // The darts must stay where they are.
@@ -26,16 +27,16 @@ class DartNamer {
       : initial_(initial), darts_(darts), ids_(darts.size()), corners_(darts.size()) {}
 
   // Up to `budget` darts; true when all are named. NOT_FOUND: no dart with this index.
-  absl::StatusOr<bool> Step(Block3& block, size_t budget) {
+  absl::StatusOr<bool> Step(BlockT& block, size_t budget) {
     auto& map = block.map();
-    if (names_ == nullptr) names_ = std::make_unique<CellNames<Block3>>(map, initial_);
+    if (names_ == nullptr) names_ = std::make_unique<CellNames<BlockT>>(map, initial_);
     for (size_t k = 0; k < budget && next_ < darts_.size(); ++k, ++next_) {
       const auto d = DartAt(map, darts_[next_]);
-      if (d == Block3::Lcc::null_handle) {
+      if (d == BlockT::Lcc::null_handle) {
         return absl::NotFoundError(
             absl::StrCat("block ", block.id().value, " has no dart ", darts_[next_].value));
       }
-      if (!known_.contains(darts_[next_])) Learn(map, map.attribute<3>(d));
+      if (!known_.contains(darts_[next_])) Learn(map, map.template attribute<BlockT::n>(d));
       const Known& known = known_.at(darts_[next_]);
       ids_[next_] = known.ids;
       corners_[next_] = known.corner;
@@ -53,14 +54,14 @@ class DartNamer {
     uint32_t corner = 0;
   };
 
-  void Learn(Block3::Lcc& map, Block3::Types::Cell cell) {
+  void Learn(typename BlockT::Lcc& map, typename BlockT::Types::Cell cell) {
     // Darts of one cell mostly come together; those of more than some cells are not kept.
     if (known_.size() > 4096) known_.clear();
     const size_t darts = names_->Look(cell);
     for (size_t i = 0; i < darts; ++i) {
-      known_[IndexOf(map, names_->dart(i))] = {
-          {names_->Name(i, 0), names_->Name(i, 1), names_->Name(i, 2), names_->Name(i, 3)},
-          names_->Corner(i)};
+      Known& known = known_[IndexOf(map, names_->dart(i))];
+      for (unsigned k = 0; k <= BlockT::n; ++k) known.ids[k] = names_->Name(i, k);
+      known.corner = names_->Corner(i);
     }
   }
 
@@ -69,7 +70,7 @@ class DartNamer {
   std::vector<DartIds> ids_;
   std::vector<uint32_t> corners_;
   size_t next_ = 0;
-  std::unique_ptr<CellNames<Block3>> names_;
+  std::unique_ptr<CellNames<BlockT>> names_;
   absl::flat_hash_map<DartIndex, Known> known_;
 };
 

@@ -17,7 +17,9 @@
 #include "core/attributes/table.h"
 #include "core/map/gather.h"
 #include "core/mesh/mesh_piece.h"
+#include "core/mesh/polygon_piece.h"
 #include "core/names/mesh_cells.h"
+#include "core/names/polygon_cells.h"
 #include "core/sim/simulator.h"
 #include "tests/reference/mesh_case.h"
 #include "tests/reference/random_case.h"
@@ -62,16 +64,14 @@ class SimulatedMap {
   // From pieces, as servers do.
   absl::Status LoadMesh(const VolumeMesh& mesh, const std::vector<uint32_t>& block_of) {
     const auto count = static_cast<uint32_t>(blocks_.size());
-    const MeshCutter cutter(mesh, block_of, count);
-    for (uint32_t b = 0; b < count; ++b) {
-      auto cells = MeshCells::Make(cutter.Piece(BlockId{b}), BlockId{b}, count);
-      if (!cells.ok()) return cells.status();
-      mesh_.push_back(*std::move(cells));
-    }
-    return Run("load", {}).status();
+    return Load<MeshCells>(MeshCutter(mesh, block_of, count));
+  }
+  absl::Status LoadMesh(const PolygonMesh& mesh, const std::vector<uint32_t>& block_of) {
+    return Load<PolygonCells>(PolygonCutter(mesh, block_of, static_cast<uint32_t>(blocks_.size())));
   }
   // Of a map that was loaded: what a block knows of the mesh.
-  const MeshCells& mesh(uint32_t block) const { return *mesh_[block]; }
+  const MeshCells& mesh(uint32_t block) const { return *loaded_[block]->mesh(); }
+  const PolygonCells& polygons(uint32_t block) const { return *loaded_[block]->polygons(); }
 
   absl::StatusOr<Report> Run(absl::string_view algorithm, const Parameters& parameters) {
     std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
@@ -79,7 +79,7 @@ class SimulatedMap {
       Environment environment{blocks_[b]->id(), static_cast<uint32_t>(blocks_.size()), routing_, surface_,
                               nullptr};
       environment.initial = initial_;
-      if (!mesh_.empty()) environment.initial = mesh_[b];
+      if (!loaded_.empty()) environment.initial = loaded_[b];
       environment.attributes = attributes_[b];
       auto made = MakeAlgorithm(algorithm, parameters, environment, *blocks_[b]);
       if (!made.ok()) return made.status();
@@ -100,6 +100,17 @@ class SimulatedMap {
   const Simulator& simulator() const { return simulator_; }
 
  private:
+  template <class Cells, class Cutter>
+  absl::Status Load(const Cutter& cutter) {
+    const auto count = static_cast<uint32_t>(blocks_.size());
+    for (uint32_t b = 0; b < count; ++b) {
+      auto cells = Cells::Make(cutter.Piece(BlockId{b}), BlockId{b}, count);
+      if (!cells.ok()) return cells.status();
+      loaded_.push_back(*std::move(cells));
+    }
+    return Run("load", {}).status();
+  }
+
   const Routing routing_;
   Simulator simulator_;
   std::shared_ptr<const TriangleSurface> surface_;
@@ -107,7 +118,7 @@ class SimulatedMap {
   std::vector<std::unique_ptr<BlockT>> blocks_;
   std::vector<std::shared_ptr<AttributeStore>> attributes_;
   std::shared_ptr<const InitialCells> initial_;
-  std::vector<std::shared_ptr<const MeshCells>> mesh_;
+  std::vector<std::shared_ptr<const InitialCells>> loaded_;
 };
 
 // The seed's grid, its hexahedra around an edge and its mesh: OK, or what differs; that no message is left is

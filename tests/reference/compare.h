@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Are two 3-dimensional linear cell complexes, of any types and storages, the same map with the same points?
+// Are two linear cell complexes of dimension 2 or 3, of any types and storages, the same map with the same
+// points?
 #pragma once
 
 #include <bit>
@@ -12,7 +13,7 @@
 
 namespace ndmap::reference {
 
-// Copies a map. name(d) is the CellId of the volume of dart d. FAILED_PRECONDITION when a dart has no vertex
+// Copies a map. name(d) is the CellId of the n-cell of dart d. FAILED_PRECONDITION when a dart has no vertex
 // attribute or is 1-free.
 template <class Lcc, class Name>
 absl::Status CopyToImage(const Lcc& lcc, const Name* name, MapImage* image) {
@@ -32,8 +33,10 @@ absl::Status CopyToImage(const Lcc& lcc, const Name* name, MapImage* image) {
     }
     const auto at = [&](bool is_free, Dart e) { return is_free ? MapImage::kFree : number.at(e); };
     image->beta.push_back({number.at(lcc.template beta<1>(d)),
-                           at(lcc.template is_free<2>(d), lcc.template beta<2>(d)),
-                           at(lcc.template is_free<3>(d), lcc.template beta<3>(d))});
+                           at(lcc.template is_free<2>(d), lcc.template beta<2>(d)), MapImage::kFree});
+    if constexpr (Lcc::dimension >= 3) {
+      image->beta.back()[2] = at(lcc.template is_free<3>(d), lcc.template beta<3>(d));
+    }
     const auto& point = lcc.point(d);
     const auto [vertex, is_new] = vertices.emplace(&point, static_cast<uint32_t>(vertices.size()));
     if (is_new) {
@@ -59,7 +62,7 @@ absl::Status CompareMaps(const LccA& a, const LccB& b) {
   return CompareImages(image_a, image_b);
 }
 
-// The same, and the volumes have the same names: name_a(d), name_b(d) give the CellId of the volume of a
+// The same, and the n-cells have the same names: name_a(d), name_b(d) give the CellId of the n-cell of a
 // dart.
 template <class LccA, class LccB, class NameA, class NameB>
 absl::Status CompareMaps(const LccA& a, const LccB& b, const NameA& name_a, const NameB& name_b) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A 3-dimensional linear cell complex copied into plain arrays, whatever its storage, and the comparison of
-// two such copies. Use compare.h.
+// A linear cell complex of dimension 2 or 3 copied into plain arrays, whatever its storage, and the
+// comparison of two such copies. Use compare.h.
 #pragma once
 
 #include <array>
@@ -15,9 +15,10 @@ namespace ndmap::reference {
 struct MapImage {
   static constexpr uint32_t kFree = 0xffffffff;
   // Row d of each belongs to dart d.
-  std::vector<std::array<uint32_t, 3>> beta;  // β1, β2, β3; kFree where free
-  std::vector<uint32_t> vertex;               // the vertex attribute at its origin
-  std::vector<std::array<uint64_t, 2>> name;  // of its volume; empty when names are not compared
+  std::vector<std::array<uint32_t, 3>>
+      beta;                      // β1, β2, β3; kFree where free (in a map of dimension 2, all β3)
+  std::vector<uint32_t> vertex;  // the vertex attribute at its origin
+  std::vector<std::array<uint64_t, 2>> name;  // of its n-cell; empty when names are not compared
   // Row v belongs to vertex attribute v.
   std::vector<std::array<uint64_t, 3>> point;  // the exact bits of its coordinates
 

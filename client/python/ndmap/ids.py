@@ -21,6 +21,8 @@ _PATH_BITS = 94
 _PATH_MASK = (1 << _PATH_BITS) - 1
 _PART_BITS = 5
 _RANK_BITS = 31
+# The path of the face of a surface.
+_POLYGON = 2
 _PREFIXES = "vefh"
 # The bound on digits keeps int() from numbers that no id can have.
 _NUMBER = r"0*([0-9]{1,11})"
@@ -48,8 +50,8 @@ _NUMBERS = {part: number for parts in _PARTS for number, part in enumerate(parts
 @dataclass(frozen=True, order=True)
 class CellId:
     """The id of a cell, as a value: `hi` and `lo` are its 128 bits. str() and CellId.parse() are its text form:
-    "h12/0.3.7" a hexahedron, "v12/0.3.7:5" a vertex, "e12:11" an edge, "f12/0:2" a face. In the order of the
-    service's answers."""
+    "h12/0.3.7" a hexahedron, "v12/0.3.7:5" a vertex, "e12:11" an edge, "f12/0:2" a face, "f12" the face of a surface.
+    In the order of the service's answers."""
 
     hi: int
     lo: int
@@ -73,7 +75,7 @@ class CellId:
         """Of its text form; InvalidArgumentError otherwise."""
         bad = InvalidArgumentError(
             f"{str(text)[:200]!r}, expected the id of a cell, for example h12/0.3.7 (a hexahedron), "
-            "v12/0.3.7:5 (a vertex), e12:11 (an edge), f12/0:2 (a face)"
+            "v12/0.3.7:5 (a vertex), e12:11 (an edge), f12/0:2 (a face), f12 (a polygon)"
         )
         match = _TEXT.fullmatch(text) if isinstance(text, str) else None
         if match is None:
@@ -86,6 +88,8 @@ class CellId:
             if int(match[3]) > MAX_RANK:
                 raise bad
             return cls._of(initial, 1 << _RANK_BITS | dimension << 29 | int(match[3]))
+        if dimension == 2 and not digits and match[5] is None and match[4] == "":
+            return cls._of(initial, _POLYGON)
         path = 1
         for digit in digits:
             path = path << 3 | int(digit)
@@ -112,9 +116,15 @@ class CellId:
             return False
         if sentinel % 3 == 0:
             return sentinel <= 3 * MAX_LEVEL
+        if self._is_polygon:
+            return True
         if sentinel % 3 == 2:
             return sentinel >= _PART_BITS and (self.lo & 31) < len(_NUMBERS)
         return sentinel == _RANK_BITS
+
+    @property
+    def _is_polygon(self) -> bool:
+        return self._path == _POLYGON
 
     @property
     def _is_part(self) -> bool:
@@ -122,11 +132,11 @@ class CellId:
 
     @property
     def _is_rank(self) -> bool:
-        return self._sentinel % 3 == 1
+        return self._sentinel % 3 == 1 and not self._is_polygon
 
     @property
     def initial(self) -> int:
-        """The number of the initial hexahedron that it is named by."""
+        """The number of the initial cell that it is named by."""
         return self.hi >> 30
 
     @property
@@ -134,12 +144,14 @@ class CellId:
         """0 of a vertex, 1 of an edge, 2 of a face, 3 of a hexahedron."""
         if self._is_rank:
             return self.lo >> 29 & 3
+        if self._is_polygon:
+            return 2
         return _dimension_of_part(self.lo & 31) if self._is_part else 3
 
     @property
     def level(self) -> int:
         """How often the initial hexahedron was halved to get the hexahedron that it is, or is named by."""
-        if self._is_rank:
+        if self._is_rank or self._is_polygon:
             return 0
         return (self._sentinel - (_PART_BITS if self._is_part else 0)) // 3
 
@@ -152,6 +164,8 @@ class CellId:
 
     def __str__(self) -> str:
         prefix = f"{_PREFIXES[self.dimension]}{self.initial}"
+        if self._is_polygon:
+            return prefix
         if self._is_rank:
             return f"{prefix}#{self.lo & MAX_RANK}"
         path = self._path >> (_PART_BITS if self._is_part else 0)

@@ -34,6 +34,8 @@ class Attributes final : public BlockAlgorithm {
   using Lcc = typename BlockT::Lcc;
   using Dart = typename BlockT::Dart;
   using Cell = typename BlockT::Types::Cell;
+  static constexpr unsigned n = BlockT::n;
+  static_assert(n == 2 || n == 3);
   // The label is the id of a cell, the payload its dimension. To the arbiter: the sender has it. From the
   // arbiter: a lower block has it.
   enum MessageKind : uint8_t { kHave = 1, kCountedElsewhere = 2 };
@@ -45,7 +47,12 @@ class Attributes final : public BlockAlgorithm {
     absl::StatusOr<std::vector<AttributeDefinition>> definitions = DecodeDefinitions(*text);
     if (!definitions.ok()) return definitions.status();
     bool parts = false;
-    for (const AttributeDefinition& d : *definitions) parts = parts || d.dimension < 3;
+    for (const AttributeDefinition& d : *definitions) {
+      parts = parts || d.dimension < n;
+      if (d.dimension <= n) continue;
+      return absl::InvalidArgumentError(absl::StrCat("attribute \"", d.name, "\" is of cells of dimension ",
+                                                     d.dimension, ", and the map has dimension ", n));
+    }
     if (parts && environment.initial == nullptr) {
       return absl::FailedPreconditionError(
           "attributes of vertices, edges and faces need the initial cells, which this map was made without");
@@ -64,7 +71,7 @@ class Attributes final : public BlockAlgorithm {
         store_(std::move(store)),
         block_(block),
         map_(block.map()),
-        cells_(map_.template attributes<3>()) {
+        cells_(map_.template attributes<n>()) {
     if (initial_ != nullptr) names_.emplace(map_, *initial_);
   }
 
@@ -82,7 +89,7 @@ class Attributes final : public BlockAlgorithm {
   absl::Status Receive(BlockId from, const Message& message, Outbox& out) override {
     uint8_t dimension = 0;
     const CellId id = CellId::FromWords(message.label.root, message.label.path);
-    if (!FromBytes(message.payload, &dimension) || dimension > 3 || !id.IsWellFormed() ||
+    if (!FromBytes(message.payload, &dimension) || dimension > n || !id.IsWellFormed() ||
         (message.kind != kHave && message.kind != kCountedElsewhere)) {
       return absl::InvalidArgumentError(
           absl::StrCat("attributes: message kind ", message.kind, " from block ", from.value));
@@ -145,14 +152,16 @@ class Attributes final : public BlockAlgorithm {
   }
 
   void Visit(Cell cell, Outbox& out) {
-    const auto& info = map_.template info_of_attribute<3>(cell);
-    if (wanted_[3]) See(3, info.id, info.reference);
-    if (!wanted_[0] && !wanted_[1] && !wanted_[2]) return;
+    const auto& info = map_.template info_of_attribute<n>(cell);
+    if (wanted_[n]) See(n, info.id, info.reference);
+    bool parts = false;
+    for (unsigned i = 0; i < n; ++i) parts = parts || wanted_[i];
+    if (!parts) return;
     const size_t darts = names_->Look(cell);
     for (size_t k = 0; k < darts; ++k) {
       const Dart dart = names_->dart(k);
-      const bool open = block_count_ > 1 && map_.template is_free<3>(dart);
-      for (unsigned i = 0; i < 3; ++i) {
+      const bool open = block_count_ > 1 && map_.template is_free<n>(dart);
+      for (unsigned i = 0; i < n; ++i) {
         if (!wanted_[i]) continue;
         const CellId id = names_->Name(k, i);
         const uint32_t row = See(i, id, dart);
@@ -241,7 +250,7 @@ class Attributes final : public BlockAlgorithm {
   const std::shared_ptr<AttributeStore> store_;
   BlockT& block_;
   Lcc& map_;
-  PartialScan<typename Lcc::template Attribute_range<3>::type> cells_;
+  PartialScan<typename Lcc::template Attribute_range<n>::type> cells_;
   // Null without initial cells; then nothing but n-cells is wanted.
   std::optional<CellNames<BlockT>> names_;
   bool begun_ = false;

@@ -38,7 +38,8 @@ class Check final : public BlockAlgorithm {
   static constexpr unsigned n = BlockT::n;
   enum MessageKind : uint8_t { kAnnounce = 1 };
 
-  // What a critical dart tells its partner. Labels of {0, 0} stand for a beta_i that is not critical.
+  // What a critical dart tells its partner. Labels of {0, 0} stand for a beta_i that is not critical; for n =
+  // 2 there is nothing to tell of them: beta_0 lies on another edge.
   struct Announcement {
     uint64_t positive = 0;
     typename Types::Coordinates start{};
@@ -167,7 +168,9 @@ class Check final : public BlockAlgorithm {
     mine.positive = c.positive ? 1 : 0;
     mine.start = Coordinates(d);
     if (!map_.template is_free<1>(d)) mine.end = Coordinates(map_.template beta<1>(d));
-    for (unsigned i = 0; i + 2 <= n; ++i) mine.labels[i] = LabelOfBeta(d, i);
+    if constexpr (n >= 3) {
+      for (unsigned i = 0; i + 2 <= n; ++i) mine.labels[i] = LabelOfBeta(d, i);
+    }
     const Message message{kAnnounce, c.label, BytesOf(mine)};
     if (routing_ == Routing::kBroadcast) {
       out.Broadcast(message);

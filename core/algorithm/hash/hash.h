@@ -5,6 +5,9 @@
 // dart leads to is asked of the peer, never predicted. So blocks add up their sums, and neither their number
 // nor the order of messages nor the numbering of darts matters.
 //
+// In a map of dimension 2 the tuple has the face's id in place of the volume's, and ends after beta_2, which
+// is what is asked of the peer.
+//
 // Counts: darts. Digest: the sum. A cancelled hash has neither: its count is cancelled.
 #pragma once
 
@@ -27,7 +30,8 @@ class Hash final : public BlockAlgorithm {
  public:
   using Lcc = typename BlockT::Lcc;
   using Dart = typename BlockT::Dart;
-  static_assert(BlockT::n == 3, "version 1 is defined for 3-maps");
+  static constexpr unsigned n = BlockT::n;
+  static_assert(n == 2 || n == 3, "version 1 is defined for 2-maps and 3-maps");
 
   // A dart as its neighbours see it: 64 bytes.
   struct Seen {
@@ -78,7 +82,7 @@ class Hash final : public BlockAlgorithm {
       if (d == Lcc::null_handle) continue;
       ++darts_;
       if (!block_.IsCritical(d)) {
-        AddDart(d, map_.template is_free<3>(d) ? Seen() : See(map_.template beta<3>(d)));
+        AddDart(d, map_.template is_free<n>(d) ? Seen() : See(map_.template beta<n>(d)));
         continue;
       }
       const Seen seen = See(d);
@@ -122,13 +126,14 @@ class Hash final : public BlockAlgorithm {
   }
 
   Seen See(Dart d) const {
-    const CellId id = map_.template info_of_attribute<3>(map_.template attribute<3>(d)).id;
+    const CellId id = map_.template info_of_attribute<n>(map_.template attribute<n>(d)).id;
     return {id.lo(), id.hi(), Point(d), Point(map_.template beta<1>(d))};
   }
 
   void AddDart(Dart d, const Seen& beyond) {
-    const std::array<Seen, 4> tuple = {See(d), See(map_.template beta<1>(d)), See(map_.template beta<2>(d)),
-                                       beyond};
+    std::array<Seen, n + 1> tuple = {See(d), See(map_.template beta<1>(d))};
+    if constexpr (n == 3) tuple[2] = See(map_.template beta<2>(d));
+    tuple[n] = beyond;
     const XXH128_hash_t hash = XXH3_128bits(&tuple, sizeof(tuple));
     sum_.Add({hash.high64, hash.low64});
   }

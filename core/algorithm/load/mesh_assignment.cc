@@ -13,8 +13,12 @@ namespace {
 
 constexpr int kBits = 21;
 
+uint64_t CellsOf(const VolumeMesh& mesh) { return mesh.cells(); }
+uint64_t CellsOf(const PolygonMesh& mesh) { return mesh.faces(); }
+
 // The centres of the cells on a lattice over the mesh's box.
-std::vector<LatticeKey> Centres(const VolumeMesh& mesh) {
+template <class Mesh>
+std::vector<LatticeKey> Centres(const Mesh& mesh) {
   Box3 box{mesh.points[0], mesh.points[0]};
   for (const Point3& p : mesh.points) {
     for (int c = 0; c < 3; ++c) {
@@ -25,8 +29,8 @@ std::vector<LatticeKey> Centres(const VolumeMesh& mesh) {
   // One scale for all axes, as the curve's steps are of one length.
   double side = std::numeric_limits<double>::min();
   for (int c = 0; c < 3; ++c) side = std::max(side, box.hi[c] - box.lo[c]);
-  std::vector<LatticeKey> keys(mesh.cells());
-  for (uint64_t cell = 0; cell < mesh.cells(); ++cell) {
+  std::vector<LatticeKey> keys(CellsOf(mesh));
+  for (uint64_t cell = 0; cell < keys.size(); ++cell) {
     const auto corners = mesh.Corners(cell);
     for (int c = 0; c < 3; ++c) {
       double share = 0;
@@ -38,8 +42,8 @@ std::vector<LatticeKey> Centres(const VolumeMesh& mesh) {
   return keys;
 }
 
-template <class Key>
-std::vector<uint32_t> CutAlong(const VolumeMesh& mesh, uint32_t blocks, Key key) {
+template <class Mesh, class Key>
+std::vector<uint32_t> CutAlong(const Mesh& mesh, uint32_t blocks, Key key) {
   const std::vector<LatticeKey> centres = Centres(mesh);
   std::vector<std::pair<uint64_t, uint64_t>> keyed(centres.size());
   for (uint64_t cell = 0; cell < centres.size(); ++cell) keyed[cell] = {key(centres[cell]), cell};
@@ -49,33 +53,50 @@ std::vector<uint32_t> CutAlong(const VolumeMesh& mesh, uint32_t blocks, Key key)
   return CutSequence(order, std::vector<double>(order.size(), 1.0), blocks);
 }
 
-absl::StatusOr<std::vector<uint32_t>> ByMetis(const GluedMesh& glued, uint32_t blocks) {
-  const VolumeMesh& mesh = glued.mesh;
-  if (mesh.cells() * kMostCellFaces > static_cast<uint64_t>(std::numeric_limits<int32_t>::max())) {
-    return absl::InvalidArgumentError(absl::StrCat("partition metis counts faces with 31 bits, and ",
-                                                   mesh.cells(), " cells may have more: take hilbert"));
+// Calls f with the neighbours of a cell.
+template <class F>
+void ForNeighbours(const GluedMesh& glued, uint64_t cell, F f) {
+  for (int side = 0; side < ShapeOf(glued.mesh.kinds[cell]).faces; ++side) {
+    const FaceLink& link = glued.Link(cell, side);
+    if (!link.boundary()) f(link.cell);
+  }
+}
+template <class F>
+void ForNeighbours(const GluedPolygons& glued, uint64_t face, F f) {
+  for (uint64_t side = 0; side < glued.mesh.Corners(face).size(); ++side) {
+    const SideLink& link = glued.Link(face, side);
+    if (!link.boundary()) f(link.face);
+  }
+}
+
+// No more sides than this has a mesh.
+uint64_t SidesOf(const VolumeMesh& mesh) { return mesh.cells() * kMostCellFaces; }
+uint64_t SidesOf(const PolygonMesh& mesh) { return mesh.corners.size(); }
+
+template <class Glued>
+absl::StatusOr<std::vector<uint32_t>> ByMetis(const Glued& glued, uint32_t blocks, absl::string_view sides) {
+  const uint64_t cells = CellsOf(glued.mesh);
+  if (SidesOf(glued.mesh) > static_cast<uint64_t>(std::numeric_limits<int32_t>::max())) {
+    return absl::InvalidArgumentError(absl::StrCat("partition metis counts ", sides, " with 31 bits, and ",
+                                                   cells, " cells may have more: take hilbert"));
   }
   std::vector<int32_t> starts{0}, neighbours;
-  for (uint64_t cell = 0; cell < mesh.cells(); ++cell) {
-    for (int f = 0; f < ShapeOf(mesh.kinds[cell]).faces; ++f) {
-      const FaceLink& link = glued.Link(cell, f);
-      if (!link.boundary()) neighbours.push_back(static_cast<int32_t>(link.cell));
-    }
+  for (uint64_t cell = 0; cell < cells; ++cell) {
+    ForNeighbours(glued, cell, [&](uint32_t other) { neighbours.push_back(static_cast<int32_t>(other)); });
     starts.push_back(static_cast<int32_t>(neighbours.size()));
   }
   return PartitionGraph(starts, neighbours, nullptr, nullptr, blocks);
 }
 
-}  // namespace
-
-absl::StatusOr<std::vector<uint32_t>> AssignMesh(const GluedMesh& glued, uint32_t blocks,
-                                                 absl::string_view partition) {
-  const VolumeMesh& mesh = glued.mesh;
-  if (blocks == 0 || blocks > mesh.cells()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(blocks, " blocks, expected 1 to ", mesh.cells(), ", the number of cells of the mesh"));
+template <class Glued>
+absl::StatusOr<std::vector<uint32_t>> Assign(const Glued& glued, uint32_t blocks, absl::string_view partition,
+                                             absl::string_view cell_name, absl::string_view side_name) {
+  const auto& mesh = glued.mesh;
+  if (blocks == 0 || blocks > CellsOf(mesh)) {
+    return absl::InvalidArgumentError(absl::StrCat(blocks, " blocks, expected 1 to ", CellsOf(mesh),
+                                                   ", the number of ", cell_name, " of the mesh"));
   }
-  if (partition == "metis") return ByMetis(glued, blocks);
+  if (partition == "metis") return ByMetis(glued, blocks, side_name);
   if (partition == "hilbert") {
     return CutAlong(mesh, blocks, [](const LatticeKey& at) { return HilbertKey(at, kBits); });
   }
@@ -84,6 +105,18 @@ absl::StatusOr<std::vector<uint32_t>> AssignMesh(const GluedMesh& glued, uint32_
   }
   return absl::InvalidArgumentError(
       absl::StrCat("partition '", partition, "' of a mesh, expected hilbert, morton or metis"));
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<uint32_t>> AssignMesh(const GluedMesh& glued, uint32_t blocks,
+                                                 absl::string_view partition) {
+  return Assign(glued, blocks, partition, "cells", "faces");
+}
+
+absl::StatusOr<std::vector<uint32_t>> AssignMesh(const GluedPolygons& surface, uint32_t blocks,
+                                                 absl::string_view partition) {
+  return Assign(surface, blocks, partition, "faces", "edges");
 }
 
 }  // namespace ndmap

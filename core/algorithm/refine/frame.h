@@ -149,7 +149,7 @@ class Frame {
 // makes it runs. O(its darts).
 template <class BlockT>
 bool HasVertices(typename BlockT::Lcc& map, typename BlockT::Dart d) {
-  for (auto it = map.template darts_of_cell<3>(d).begin(); it.cont(); ++it) {
+  for (auto it = map.template darts_of_cell<BlockT::n>(d).begin(); it.cont(); ++it) {
     if (map.template attribute<0>(it) == BlockT::Lcc::null_handle) return false;
   }
   return true;
@@ -211,11 +211,14 @@ inline Box3 CornerBox(const std::array<Point3, 8>& corners) {
 template <class BlockT>
 Box3 CellBox(typename BlockT::Lcc& map, typename BlockT::Types::Cell cell) {
   using F = Frame<BlockT>;
-  const auto& info = map.template info_of_attribute<3>(cell);
-  if (info.kind == CellKind::kHexahedron) return CornerBox(F::Of(map, cell).Corners(map));
+  constexpr unsigned n = BlockT::n;
+  const auto& info = map.template info_of_attribute<n>(cell);
+  if constexpr (n == 3) {
+    if (info.kind == CellKind::kHexahedron) return CornerBox(F::Of(map, cell).Corners(map));
+  }
   const Point3 first = F::StartPoint(map, info.reference);
   Box3 box{first, first};
-  for (auto it = map.template darts_of_cell<3>(info.reference).begin(); it.cont(); ++it) {
+  for (auto it = map.template darts_of_cell<n>(info.reference).begin(); it.cont(); ++it) {
     const Point3 p = F::StartPoint(map, it);
     for (int c = 0; c < 3; ++c) {
       box.lo[c] = std::min(box.lo[c], p[c]);

@@ -2,10 +2,12 @@
 // Erases the cells that are not wanted, hexahedra and others, in every block at once, and tells the
 // neighbours' blocks that the shared faces are boundary now: RemoveFace(l), l any label of the face. Both
 // sides may erase at once, so a label that is absent means that there is nothing to do. A phase of its own.
+// In a map of dimension 2: faces in place of cells, edges in place of faces, and no states, so that the ones
+// to erase must be listed.
 //
 // Parameters: keep: inside, cut, outside, or several of them with commas (default "inside,cut"), or all; or
 // cells: the ids of those to erase, in text form, separated by spaces, whatever their state. Counts: removed,
-// hexahedra (left), accounted_bytes.
+// hexahedra or faces (left), accounted_bytes.
 #pragma once
 
 #include <memory>
@@ -32,6 +34,7 @@ class Trim final : public BlockAlgorithm {
   using Dart = typename BlockT::Dart;
   using Cell = typename BlockT::Types::Cell;
   using Vertex = typename BlockT::Types::Vertex;
+  static constexpr unsigned n = BlockT::n;
 
   static absl::StatusOr<std::unique_ptr<BlockAlgorithm>> Make(const Parameters& parameters,
                                                               const Environment& environment, BlockT& block) {
@@ -47,9 +50,20 @@ class Trim final : public BlockAlgorithm {
       }
     }
     auto trim = std::make_unique<Trim>(keep, environment.routing, block);
-    if (!parameters.Has("cells")) return trim;
+    if (!parameters.Has("cells")) {
+      if (n == 2 && text != "all") {
+        return absl::FailedPreconditionError(
+            "faces of a surface are not inside, cut or outside: parameter 'cells' must list those to erase");
+      }
+      return trim;
+    }
     absl::StatusOr<absl::flat_hash_set<CellId>> cells = ParseCellIds(parameters.TextOr("cells", ""));
     if (!cells.ok()) return cells.status();
+    for (const CellId& id : *cells) {
+      if (id.is_polygon() == (n == 2)) continue;
+      return absl::InvalidArgumentError(absl::StrCat(
+          "parameter 'cells' has ", id.ToString(), ", which no cell of a map of dimension ", n, " is named"));
+    }
     trim->listed_ = *std::move(cells);
     return trim;
   }
@@ -65,7 +79,7 @@ class Trim final : public BlockAlgorithm {
         routing_(routing),
         block_(block),
         map_(block.map()),
-        scan_(map_.template attributes<3>()) {}
+        scan_(map_.template attributes<n>()) {}
 
   absl::StatusOr<bool> Start(size_t budget) override {
     if (cancelled_) return true;
@@ -82,11 +96,7 @@ class Trim final : public BlockAlgorithm {
     }
     const Dart d = block_.Find(message.label);
     if (d == Lcc::null_handle) return absl::OkStatus();
-    Dart e = d;
-    do {
-      if (block_.IsCritical(e)) block_.ClearCritical(e);
-      e = map_.template beta<1>(e);
-    } while (e != d);
+    ClearFace(d);
     block_.Touch();
     return absl::OkStatus();
   }
@@ -116,7 +126,8 @@ class Trim final : public BlockAlgorithm {
   Report report() const override {
     Report report;
     report.counts["removed"] = removed_;
-    report.counts["hexahedra"] = static_cast<int64_t>(map_.template number_of_attributes<3>()) - others_;
+    report.counts[n == 2 ? "faces" : "hexahedra"] =
+        static_cast<int64_t>(map_.template number_of_attributes<n>()) - others_;
     report.counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
     return report;
   }
@@ -135,8 +146,8 @@ class Trim final : public BlockAlgorithm {
 
   // Whether the cell is to go.
   absl::Status Look(Cell cell) {
-    const auto& info = map_.template info_of_attribute<3>(cell);
-    if (info.kind != CellKind::kHexahedron) ++others_;
+    const auto& info = map_.template info_of_attribute<n>(cell);
+    if (n == 3 && info.kind != CellKind::kHexahedron) ++others_;
     if (listed_.has_value()) {
       if (listed_->contains(info.id)) todo_.push_back(cell);
       return absl::OkStatus();
@@ -151,16 +162,17 @@ class Trim final : public BlockAlgorithm {
   }
 
   void RemoveCell(Cell cell, Outbox& out) {
-    if (map_.template info_of_attribute<3>(cell).kind != CellKind::kHexahedron) --others_;
-    Gather(map_.template info_of_attribute<3>(cell).reference);
+    if (n == 3 && map_.template info_of_attribute<n>(cell).kind != CellKind::kHexahedron) --others_;
+    Gather(map_.template info_of_attribute<n>(cell).reference);
     for (Dart d : darts_) {
       if (block_.IsCritical(d)) {
         TellRemoved(d, out);
-      } else if (!map_.template is_free<3>(d)) {
-        const Dart beyond = map_.template beta<3>(d);
-        touched_.insert(beyond);
-        order_.push_back(beyond);
-        map_.template unlink_beta_for_involution<3>(d);
+      } else if (!map_.template is_free<n>(d)) {
+        const Dart beyond = map_.template beta<n>(d);
+        Touch(beyond);
+        // In a 3-map the dart after it is beyond the same face.
+        if constexpr (n == 2) Touch(map_.template beta<1>(beyond));
+        map_.template unlink_beta_for_involution<n>(d);
       }
     }
     for (Dart d : darts_) {
@@ -170,6 +182,10 @@ class Trim final : public BlockAlgorithm {
     ++removed_;
   }
 
+  void Touch(Dart d) {
+    if (touched_.insert(d).second) order_.push_back(d);
+  }
+
   // All darts of the cell of d, into darts_.
   void Gather(Dart d) {
     darts_.clear();
@@ -177,7 +193,8 @@ class Trim final : public BlockAlgorithm {
     map_.mark(d, mark);
     darts_.push_back(d);
     for (size_t i = 0; i < darts_.size(); ++i) {
-      for (const Dart e : {map_.template beta<1>(darts_[i]), map_.template beta<2>(darts_[i])}) {
+      for (int j = 1; j < static_cast<int>(n); ++j) {
+        const Dart e = map_.beta(darts_[i], j);
         if (map_.is_marked(e, mark)) continue;
         map_.mark(e, mark);
         darts_.push_back(e);
@@ -195,14 +212,19 @@ class Trim final : public BlockAlgorithm {
     } else {
       out.Send(c.peer, {kRemoveFace, c.label, {}});
     }
+    ClearFace(d);
+  }
+
+  // The (n-1)-cell of a critical dart is boundary now.
+  void ClearFace(Dart d) {
     Dart e = d;
     do {
       if (block_.IsCritical(e)) block_.ClearCritical(e);
-      e = map_.template beta<1>(e);
+      if constexpr (n == 3) e = map_.template beta<1>(e);
     } while (e != d);
   }
 
-  // Where cells were removed the volumes around a vertex may hang together no longer: each part gets a vertex
+  // Where cells were removed the n-cells around a vertex may hang together no longer: each part gets a vertex
   // of its own, as CGAL's 0-cells do. Every such part has a dart that lost its neighbour. O(darts around the
   // vertex).
   void SplitVertex(Dart d) {
@@ -218,10 +240,10 @@ class Trim final : public BlockAlgorithm {
     for (size_t i = 0; i < darts_.size(); ++i) {
       const Dart e = darts_[i];
       const Dart before = map_.template beta<0>(e);
-      visit(map_.template beta<2, 1>(e));
-      visit(map_.template beta<2>(before));
-      if (!map_.template is_free<3>(e)) visit(map_.template beta<3, 1>(e));
-      if (!map_.template is_free<3>(before)) visit(map_.template beta<3>(before));
+      for (int j = 2; j <= static_cast<int>(n); ++j) {
+        if (!map_.is_free(e, static_cast<unsigned>(j))) visit(map_.beta(e, j, 1));
+        if (!map_.is_free(before, static_cast<unsigned>(j))) visit(map_.beta(before, j));
+      }
     }
     Vertex own = v;
     if (darts_.size() != map_.template get_attribute_ref_counting<0>(v)) {
@@ -243,11 +265,12 @@ class Trim final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
-  PartialScan<typename Lcc::template Attribute_range<3>::type> scan_;
+  PartialScan<typename Lcc::template Attribute_range<n>::type> scan_;
   bool cancelled_ = false;
   std::vector<Cell> todo_;
   std::vector<Dart> darts_;
-  // Darts that lost the dart beyond their face and are still here; and all that ever did, in order.
+  // Darts at whose vertices something was lost (those whose dart beyond their (n-1)-cell was) and that are
+  // still here; and all that ever were, in order.
   absl::flat_hash_set<Dart, HandleHash<Dart>> touched_;
   std::vector<Dart> order_;
   int64_t removed_ = 0;
