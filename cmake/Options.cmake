@@ -1,8 +1,22 @@
 # One place for the flags that every target of ours gets.
+# Several sources in one compilation read the headers of CGAL and gRPC once. Good for builds from nothing; whoever edits
+# a source compiles its neighbours, too (docs/testing.md).
+option(NDMAP_UNITY "Compile several sources at a time" OFF)
+if(NDMAP_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+endif()
+# What one clone compiled, another one finds, too, whatever their folders. The compiler's list of headers spares ccache
+# preprocessing each source itself, but not with unity builds: their sources name the folder, which only what the
+# preprocessor makes of them can be compared without.
 find_program(NDMAP_CCACHE ccache)
 if(NDMAP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_C_COMPILER_LAUNCHER ${NDMAP_CCACHE})
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${NDMAP_CCACHE})
+  set(launcher ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1)
+  if(NOT NDMAP_UNITY)
+    list(APPEND launcher CCACHE_DEPEND=1)
+  endif()
+  set(CMAKE_C_COMPILER_LAUNCHER ${launcher} ${NDMAP_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher} ${NDMAP_CCACHE})
 endif()
 find_program(NDMAP_MOLD mold)
 if(NDMAP_MOLD)
