@@ -25,6 +25,12 @@ constexpr int kMaxPhases = 64;
 constexpr int kMaxParameters = 256;
 constexpr size_t kMaxParameterBytes = 8 << 20;
 
+absl::Status CheckBlockCount(uint32_t blocks) {
+  if (blocks >= 1 && blocks <= service::kMaxBlocks) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("a map of ", blocks, " blocks; 1 to ", service::kMaxBlocks, " are allowed"));
+}
+
 absl::Status CheckPhase(const v1::Phase& phase) {
   if (absl::Status status = service::CheckName("algorithm", phase.algorithm()); !status.ok()) return status;
   if (phase.parameters_size() > kMaxParameters) {
@@ -102,12 +108,20 @@ grpc::Status CoordinatorServiceImpl::DeleteSurface(grpc::ServerContext*,
   return ToGrpc(state_->DeleteSurface(request->surface_id()));
 }
 
+grpc::Status CoordinatorServiceImpl::PlaceBlocks(grpc::ServerContext*, const v1::PlaceBlocksRequest* request,
+                                                 v1::PlaceBlocksResponse* response) {
+  if (absl::Status status = CheckBlockCount(request->block_count()); !status.ok()) return ToGrpc(status);
+  absl::StatusOr<std::vector<v1::BlockPlacement>> placement =
+      Place(request->block_count(), state_->Servers());
+  if (!placement.ok()) return ToGrpc(placement.status());
+  for (v1::BlockPlacement& block : *placement) *response->add_blocks() = std::move(block);
+  response->set_upload(state_->NewNumber());
+  return grpc::Status::OK;
+}
+
 absl::StatusOr<v1::Job> CoordinatorServiceImpl::Create(const v1::CreateMapRequest& request) {
   if (absl::Status status = service::CheckName("map", request.map()); !status.ok()) return status;
-  if (request.block_count() < 1 || request.block_count() > service::kMaxBlocks) {
-    return absl::InvalidArgumentError(absl::StrCat("a map of ", request.block_count(), " blocks; 1 to ",
-                                                   service::kMaxBlocks, " are allowed"));
-  }
+  if (absl::Status status = CheckBlockCount(request.block_count()); !status.ok()) return status;
   if (absl::StatusOr<v1::Map> there = state_->FindMap(request.map()); there.ok()) {
     return absl::AlreadyExistsError(absl::StrCat("there is a map \"", request.map(), "\" already"));
   }
@@ -117,7 +131,10 @@ absl::StatusOr<v1::Job> CoordinatorServiceImpl::Create(const v1::CreateMapReques
     if (!found.ok()) return found.status();
     surface = *std::move(found);
   }
-  absl::StatusOr<std::vector<v1::BlockPlacement>> placement = Place(request.block_count(), state_->Servers());
+  const uint32_t blocks = request.block_count();
+  absl::StatusOr<std::vector<v1::BlockPlacement>> placement =
+      request.has_mesh() ? CheckPlacement(request.mesh().blocks(), blocks, state_->Servers())
+                         : Place(blocks, state_->Servers());
   if (!placement.ok()) return placement.status();
   absl::StatusOr<std::pair<v1::Map, v1::Phase>> plan = PlanMap(request, surface.content.get());
   if (!plan.ok()) return plan.status();
@@ -127,7 +144,7 @@ absl::StatusOr<v1::Job> CoordinatorServiceImpl::Create(const v1::CreateMapReques
     return info.status();
   for (v1::BlockPlacement& block : *placement) *map.add_blocks() = std::move(block);
   absl::StatusOr<v1::Job> job = state_->AddMap(std::move(map), std::move(build));
-  if (job.ok()) runner_->Begin(*job, true);
+  if (job.ok()) runner_->Begin(*job, {true, request.mesh().upload()});
   return job;
 }
 
@@ -152,7 +169,7 @@ absl::StatusOr<v1::Job> CoordinatorServiceImpl::Start(const v1::StartJobRequest&
     changes_map = changes_map || info->changes_map;
   }
   absl::StatusOr<v1::Job> job = state_->AddJob(request, changes_map);
-  if (job.ok()) runner_->Begin(*job, false);
+  if (job.ok()) runner_->Begin(*job);
   return job;
 }
 
@@ -196,7 +213,7 @@ grpc::Status CoordinatorServiceImpl::DefineAttribute(grpc::ServerContext*,
   if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
   absl::StatusOr<v1::Job> job = state_->DefineAttribute(request->map(), request->attribute());
   if (!job.ok()) return ToGrpc(job.status());
-  runner_->Begin(*job, false);
+  runner_->Begin(*job);
   *response->mutable_job() = *std::move(job);
   return grpc::Status::OK;
 }
@@ -207,7 +224,7 @@ grpc::Status CoordinatorServiceImpl::DropAttribute(grpc::ServerContext*,
   if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
   absl::StatusOr<v1::Job> job = state_->DropAttribute(request->map(), request->name());
   if (!job.ok()) return ToGrpc(job.status());
-  runner_->Begin(*job, false);
+  runner_->Begin(*job);
   *response->mutable_job() = *std::move(job);
   return grpc::Status::OK;
 }

@@ -44,6 +44,8 @@ class CoordinatorServiceImpl final : public v1::Coordinator::Service {
                              v1::UploadSurfaceResponse*) override;
   grpc::Status DeleteSurface(grpc::ServerContext*, const v1::DeleteSurfaceRequest*,
                              v1::DeleteSurfaceResponse*) override;
+  grpc::Status PlaceBlocks(grpc::ServerContext*, const v1::PlaceBlocksRequest*,
+                           v1::PlaceBlocksResponse*) override;
   grpc::Status CreateMap(grpc::ServerContext*, const v1::CreateMapRequest*, v1::CreateMapResponse*) override;
   grpc::Status ListMaps(grpc::ServerContext*, const v1::ListMapsRequest*, v1::ListMapsResponse*) override;
   grpc::Status GetMap(grpc::ServerContext*, const v1::GetMapRequest*, v1::GetMapResponse*) override;

@@ -33,7 +33,7 @@ struct JobRunner::Run {
   bool changed = false;
   v1::Job job;
   v1::Map map;
-  bool create = false;
+  Creation creation;
   std::vector<Target> targets;
   Watch watch;
 
@@ -56,7 +56,7 @@ struct JobRunner::Run {
 
 JobRunner::~JobRunner() { Stop(); }
 
-void JobRunner::Begin(const v1::Job& job, bool create) {
+void JobRunner::Begin(const v1::Job& job, const Creation& creation) {
   std::vector<std::thread> over;
   {
     absl::MutexLock lock(&mutex_);
@@ -66,7 +66,7 @@ void JobRunner::Begin(const v1::Job& job, bool create) {
     }
     ended_.clear();
     absl::Status begun = service::Guarded([&]() -> absl::Status {
-      if (!stopping_) threads_[job.job()] = std::thread([this, job, create] { RunJob(job, create); });
+      if (!stopping_) threads_[job.job()] = std::thread([this, job, creation] { RunJob(job, creation); });
       return absl::OkStatus();
     });
     if (!begun.ok()) state_->EndJob(job.job(), begun, false, false);
@@ -124,13 +124,13 @@ void JobRunner::DropMap(const v1::Map& map) {
     spdlog::warn("dropping map \"{}\": {}", map.map(), std::string(status.message()));
 }
 
-void JobRunner::RunJob(const v1::Job& job, bool create) {
+void JobRunner::RunJob(const v1::Job& job, const Creation& creation) {
   bool cancelled = false;
   bool changed = false;
   const absl::Status status = service::Guarded([&]() -> absl::Status {
     Run run;
     run.job = job;
-    run.create = create;
+    run.creation = creation;
     run.watch = [this](const Target& target) { return Watched(target); };
     absl::Status over = service::Guarded([&] { return RunPhases(run, &cancelled); });
     changed = run.changed;
@@ -159,7 +159,7 @@ absl::Status JobRunner::RunPhases(Run& run, bool* cancelled) {
   for (const Target& target : run.targets) {
     if (absl::Status status = Watched(target); !status.ok()) return status;
   }
-  if (run.create) {
+  if (run.creation.create) {
     if (absl::Status status = CreateBlocks(run); !status.ok()) return status;
   }
   for (int i = 0; i < run.job.phases_size(); ++i) {
@@ -198,7 +198,11 @@ absl::Status JobRunner::CreateBlocks(Run& run) {
     requests[i].set_block_count(run.map.block_count());
     requests[i].set_routing(run.map.routing());
     requests[i].set_surface_id(run.map.surface_id());
-    *requests[i].mutable_grid() = run.map.grid();
+    if (run.map.has_grid()) *requests[i].mutable_grid() = run.map.grid();
+    if (run.map.has_mesh()) {
+      *requests[i].mutable_mesh() = run.map.mesh();
+      requests[i].set_upload(run.creation.upload);
+    }
     requests[i].set_map_number(run.map.number());
     for (const v1::BlockPlacement& placement : run.map.blocks()) {
       if (placement.server_id() == run.targets[i].server_id) requests[i].add_blocks(placement.block());

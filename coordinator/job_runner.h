@@ -24,13 +24,21 @@ struct RunnerOptions {
   absl::Duration stall_timeout = absl::Seconds(60);
 };
 
+// Of a job that makes its map.
+struct Creation {
+  // The blocks are made first.
+  bool create = false;
+  // From the pieces of this upload, when the map is made from a mesh.
+  uint64_t upload = 0;
+};
+
 class JobRunner {
  public:
   JobRunner(State* state, RunnerOptions options) : state_(state), options_(options) {}
   ~JobRunner();
 
-  // Begins to run a job of the state. `create`: its map's blocks are made first.
-  void Begin(const v1::Job& job, bool create);
+  // Begins to run a job of the state.
+  void Begin(const v1::Job& job, const Creation& creation = {});
   // Frees a map's blocks on its servers; servers that are gone do not matter.
   void DropMap(const v1::Map& map);
   // Fails the jobs that are running and joins all threads.
@@ -39,7 +47,7 @@ class JobRunner {
  private:
   struct Run;
 
-  void RunJob(const v1::Job& job, bool create);
+  void RunJob(const v1::Job& job, const Creation& creation);
   absl::Status RunPhases(Run& run, bool* cancelled);
   absl::Status CreateBlocks(Run& run);
   absl::Status RunPhase(Run& run, uint32_t index, v1::PhaseResult& result);

@@ -14,4 +14,11 @@ namespace ndmap::coordinator {
 absl::StatusOr<std::vector<v1::BlockPlacement>> Place(uint32_t blocks,
                                                       const std::vector<v1::Server>& servers);
 
+// The same servers again, from a client that has sent pieces of a mesh there: checked and as they are known
+// here. INVALID_ARGUMENT unless it is one for each block, in order. UNAVAILABLE when a server is gone, or was
+// restarted.
+absl::StatusOr<std::vector<v1::BlockPlacement>> CheckPlacement(
+    const google::protobuf::RepeatedPtrField<v1::BlockPlacement>& placement, uint32_t blocks,
+    const std::vector<v1::Server>& servers);
+
 }  // namespace ndmap::coordinator

@@ -89,6 +89,11 @@ absl::Status State::Unregister(uint32_t server_id, uint64_t incarnation) {
   return absl::OkStatus();
 }
 
+uint64_t State::NewNumber() {
+  absl::MutexLock lock(&mutex_);
+  return ++last_incarnation_;
+}
+
 absl::Status State::Heartbeat(const v1::HeartbeatRequest& request, v1::HeartbeatResponse* response) {
   absl::MutexLock lock(&mutex_);
   ServerRecord* const record = FindServer(request.server_id(), request.incarnation());

@@ -71,6 +71,8 @@ class State {
   absl::Status DeleteSurface(const std::string& id);
 
   // --- Maps and jobs. ---
+  // One that was never given before, also not by an earlier coordinator.
+  uint64_t NewNumber();
   // The map in state CREATING together with the job that creates it. ALREADY_EXISTS.
   absl::StatusOr<v1::Job> AddMap(v1::Map map, v1::Phase build);
   // FAILED_PRECONDITION naming the job that is in the way. A job that changes a map with attributes gets a

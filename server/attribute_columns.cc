@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -19,6 +20,7 @@ namespace {
 using Kind = AskedColumn::Kind;
 
 constexpr int kMaxNames = 64;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 struct BuiltIn {
   absl::string_view name;
@@ -164,6 +166,8 @@ Point3 CentreOf(Block3& block, DartIndex dart, unsigned dimension) {
   if (dimension == 1) {
     return Mean(std::array<Point3, 2>{F::StartPoint(map, d), F::StartPoint(map, map.beta<1>(d))});
   }
+  // Of cells of other kinds not known yet.
+  if (dimension == 3 && map.info<3>(d).kind != CellKind::kHexahedron) return {kUnknown, kUnknown, kUnknown};
   if (dimension == 3) return Mean(F::Of(map, map.attribute<3>(d)).Corners(map));
   std::array<Point3, 4> corners{};
   const int level = F::FaceLevel(map, d);
@@ -178,6 +182,7 @@ Point3 CentreOf(Block3& block, DartIndex dart, unsigned dimension) {
 
 double VolumeOf(Block3& block, DartIndex dart) {
   auto& map = block.map();
+  if (map.info<3>(DartAt(map, dart)).kind != CellKind::kHexahedron) return kUnknown;
   return HexahedronVolume(Frame<Block3>::Of(map, map.attribute<3>(DartAt(map, dart))).Corners(map));
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/frame.h"
+#include "core/navigate/cell_shape.h"
 #include "core/navigate/dart_names.h"
 #include "core/navigate/orbit.h"
 #include "server/block_version.h"
@@ -46,13 +47,6 @@ absl::StatusOr<Box3> BoxOf(const v1::Anchor& anchor) {
 }
 
 }  // namespace
-
-absl::StatusOr<std::unique_ptr<InitialCells>> InitialCellsOf(const std::string& map,
-                                                             const BlockHost::MapInfo& info) {
-  if (info.grid) return std::make_unique<GridCells>(info.grid->cells);
-  return absl::FailedPreconditionError(
-      absl::StrCat("map \"", map, "\" has no grid of initial hexahedra: its cells have no ids"));
-}
 
 absl::StatusOr<CellId> FromWire(const v1::CellId& id) {
   const CellId cell = CellId::FromWords(id.hi(), id.lo());
@@ -150,7 +144,7 @@ absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& respon
     return absl::ResourceExhaustedError(absl::StrCat(question.darts_size(), " darts in one question, over ",
                                                      max_darts_, " (--max-query-darts)"));
   }
-  absl::StatusOr<std::unique_ptr<InitialCells>> initial = InitialCellsOf(asked.map(), asked.info);
+  absl::StatusOr<std::shared_ptr<const InitialCells>> initial = host_->Initial(asked.map(), asked.block());
   if (!initial.ok()) return initial.status();
   std::vector<DartIndex> darts;
   for (uint32_t d : question.darts()) darts.push_back(DartIndex{d});
@@ -173,6 +167,7 @@ absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& respon
   }
   response.set_version(version);
   if (!question.all()) return absl::OkStatus();
+  answer.mutable_corners()->Add(namer.corners().begin(), namer.corners().end());
   size_t next = 0;
   auto describe = [&](Block3& block) -> absl::StatusOr<bool> {
     if (absl::Status s = CheckVersion(block, version); !s.ok()) return s;
@@ -184,6 +179,7 @@ absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& respon
       answer.add_free(map.is_free<3>(d) && !block.IsCritical(d));
       answer.add_next(IndexOf(map, map.beta<1>(d)).value);
       answer.add_states(static_cast<uint32_t>(map.info<3>(d).state));
+      answer.add_kinds(static_cast<uint32_t>(map.info<3>(d).kind));
     }
     return next == darts.size();
   };
@@ -238,19 +234,26 @@ absl::Status BlockAnswers::Resolve(const Asked& asked, v1::AskBlockResponse& res
 }
 
 absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& response) {
-  absl::StatusOr<std::unique_ptr<InitialCells>> initial = InitialCellsOf(asked.map(), asked.info);
+  absl::StatusOr<std::shared_ptr<const InitialCells>> initial = host_->Initial(asked.map(), asked.block());
   if (!initial.ok()) return initial.status();
   absl::StatusOr<std::shared_ptr<const CellIndex>> index = Index(asked);
   if (!index.ok()) return index.status();
   response.set_version((*index)->version());
   v1::FindAnswer& answer = *response.mutable_find();
   int next = 0;
+  // Cells of a mesh whose boxes meet that of the anchor that is looked at.
+  std::vector<const CellIndex::Entry*> candidates;
+  Box3 wanted;
   auto add = [&](DartIndex d, double distance, const CellId& id) {
     answer.add_anchors(static_cast<uint32_t>(next));
     answer.add_darts(d.value);
     answer.add_distances(distance);
     answer.add_hi(id.hi());
     answer.add_lo(id.lo());
+  };
+  auto few = [&]() -> absl::Status {
+    if (static_cast<uint64_t>(answer.darts_size()) <= max_darts_) return absl::OkStatus();
+    return absl::ResourceExhaustedError(absl::StrCat("more than ", max_darts_, " darts (--max-query-darts)"));
   };
   auto find = [&](Block3& block, const v1::Anchor& anchor) -> absl::Status {
     auto& map = block.map();
@@ -262,6 +265,11 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
     } else if (anchor.has_point() || anchor.has_box()) {
       absl::StatusOr<Box3> box = BoxOf(anchor);
       if (!box.ok()) return box.status();
+      if ((*initial)->mesh() != nullptr) {
+        candidates = (*index)->Meeting(*box);
+        wanted = *box;
+        return absl::OkStatus();
+      }
       for (const CellIndex::Entry* entry : (*index)->Meeting(*box)) add(entry->reference, 0, CellId());
     } else if (anchor.has_nearest_vertex()) {
       if (!IsFinite(anchor.nearest_vertex())) return BadPoint(anchor.nearest_vertex());
@@ -275,16 +283,22 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
     } else {
       return absl::InvalidArgumentError("an anchor is a cell, a point, a box, a nearest vertex or a block");
     }
-    if (static_cast<uint64_t>(answer.darts_size()) > max_darts_) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("more than ", max_darts_, " darts (--max-query-darts)"));
-    }
-    return absl::OkStatus();
+    return few();
   };
   auto step = [&](Block3& block) -> absl::StatusOr<bool> {
     if (absl::Status s = CheckUnchanged(block, (*index)->version()); !s.ok()) return s;
-    for (int k = 0; k < 32 && next < asked.request.find().anchors_size(); ++k, ++next) {
-      if (absl::Status s = find(block, asked.request.find().anchors(next)); !s.ok()) return s;
+    CellNames<Block3> names(block.map(), **initial);
+    for (int k = 0; k < 32 && next < asked.request.find().anchors_size(); ++k) {
+      if (candidates.empty()) {
+        if (absl::Status s = find(block, asked.request.find().anchors(next)); !s.ok()) return s;
+      } else {
+        const DartIndex d = candidates.back()->reference;
+        candidates.pop_back();
+        const auto cell = block.map().attribute<3>(DartAt(block.map(), d));
+        if (CellMeets(block, names, cell, wanted)) add(d, 0, CellId());
+        if (absl::Status s = few(); !s.ok()) return s;
+      }
+      if (candidates.empty()) ++next;
     }
     return next == asked.request.find().anchors_size();
   };

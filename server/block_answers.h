@@ -44,10 +44,6 @@ class BlockAnswers {
       ABSL_GUARDED_BY(mutex_);
 };
 
-// The initial hexahedra of a map, for names. FAILED_PRECONDITION when it has none.
-absl::StatusOr<std::unique_ptr<InitialCells>> InitialCellsOf(const std::string& map,
-                                                             const BlockHost::MapInfo& info);
-
 // An id from the wire. INVALID_ARGUMENT when it is none.
 absl::StatusOr<CellId> FromWire(const v1::CellId& id);
 void ToWire(const CellId& id, v1::CellId& wire);

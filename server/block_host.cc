@@ -12,6 +12,7 @@
 #include "server/wire.h"
 #include "service/grid.h"
 #include "service/guarded.h"
+#include "service/mesh.h"
 #include "service/names.h"
 #include "service/surface_transfer.h"
 
@@ -43,6 +44,7 @@ class BlockHost::Router : public PeerTransport {
 BlockHost::BlockHost(HostOptions options)
     : options_(std::move(options)),
       threads_(options_.threads > 0 ? options_.threads : std::max(std::thread::hardware_concurrency(), 1u)),
+      pieces_(options_.max_piece_bytes, options_.max_piece_time),
       router_(std::make_unique<Router>(this)),
       wrapped_(options_.wrap_transport ? options_.wrap_transport(router_.get()) : nullptr),
       pool_(threads_) {}
@@ -159,6 +161,9 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
     hosted->actor = std::make_shared<BlockActor>(BlockId{b}, &pool_, transport, std::move(options));
     map->blocks.emplace(b, std::move(hosted));
   }
+  if (request.has_mesh()) {
+    if (absl::Status status = ClaimPieces(request, *map); !status.ok()) return status;
+  }
   while (true) {
     if (absl::Status status = DropMap(request.map()); !status.ok() && !absl::IsNotFound(status))
       return status;
@@ -178,6 +183,24 @@ absl::Status BlockHost::CreateBlocks(const v1::CreateBlocksRequest& request) {
   }
 }
 
+absl::Status BlockHost::ClaimPieces(const v1::CreateBlocksRequest& request, HostedMap& map) {
+  if (request.has_grid()) {
+    return absl::InvalidArgumentError("a map is made from a grid or from a mesh, not from both");
+  }
+  if (absl::Status s = service::CheckMesh(request.mesh(), request.block_count()); !s.ok()) return s;
+  map.mesh_cells = service::CellsOf(request.mesh());
+  std::vector<uint32_t> blocks;
+  for (const auto& [number, hosted] : map.blocks) blocks.push_back(number);
+  auto claimed = pieces_.Claim(request.upload(), blocks, map.block_count, *map.mesh_cells);
+  if (!claimed.ok()) {
+    return absl::Status(claimed.status().code(),
+                        absl::StrCat("server ", address_, ": ", claimed.status().message()));
+  }
+  size_t next = 0;
+  for (auto& [number, hosted] : map.blocks) hosted->mesh = std::move((*claimed)[next++]);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<const InitialCells>> BlockHost::Initial(const std::string& name,
                                                                        uint32_t block) const {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
@@ -186,10 +209,11 @@ absl::StatusOr<std::shared_ptr<const InitialCells>> BlockHost::Initial(const std
   if (!hosted.ok()) return hosted.status();
   if (std::shared_ptr<const InitialCells> initial = InitialOf(**map, **hosted)) return initial;
   return absl::FailedPreconditionError(
-      absl::StrCat("map \"", name, "\" has no grid of initial hexahedra: its cells have no ids"));
+      absl::StrCat("map \"", name, "\" has no grid of initial hexahedra and no mesh: its cells have no ids"));
 }
 
-std::shared_ptr<const InitialCells> BlockHost::InitialOf(const HostedMap& map, HostedBlock&) {
+std::shared_ptr<const InitialCells> BlockHost::InitialOf(const HostedMap& map, HostedBlock& block) {
+  if (block.mesh != nullptr) return block.mesh;
   return map.grid_cells;
 }
 
@@ -247,6 +271,7 @@ void BlockHost::DropEverything() {
   for (const std::string& name : names) DropMap(name).IgnoreError();
   absl::MutexLock lock(&mutex_);
   surfaces_.clear();
+  pieces_.DropAll();
 }
 
 void BlockHost::Abandon(HostedMap& map) {
@@ -359,6 +384,7 @@ absl::StatusOr<BlockHost::MapInfo> BlockHost::Info(const std::string& name) cons
   info.block_count = (*map)->block_count;
   info.routing = (*map)->routing;
   info.grid = (*map)->grid;
+  info.mesh_cells = (*map)->mesh_cells;
   for (const auto& [number, hosted] : (*map)->blocks) info.blocks.push_back(number);
   absl::MutexLock lock(&(*map)->mutex);
   info.addresses = (*map)->addresses;

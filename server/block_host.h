@@ -26,6 +26,7 @@
 #include "server/actor.h"
 #include "server/attribute_gates.h"
 #include "server/peer_streams.h"
+#include "server/piece_store.h"
 #include "server/worker_pool.h"
 
 namespace ndmap::server {
@@ -38,6 +39,10 @@ struct HostOptions {
   // 0: as many as the machine has cores.
   unsigned threads = 0;
   uint64_t outstanding_limit = 8 << 20;
+  // Of all pieces of meshes here, as they were sent; and how long one waits for its map after the last of its
+  // upload came.
+  uint64_t max_piece_bytes = uint64_t{4} << 30;
+  absl::Duration max_piece_time = absl::Minutes(10);
   AlgorithmFactory factory;
   // Lets a test put faults between the blocks and the transport.
   std::function<std::unique_ptr<PeerTransport>(PeerTransport*)> wrap_transport;
@@ -57,8 +62,9 @@ class BlockHost {
   // would take more than `max_bytes`, those that no map uses go, the oldest first; RESOURCE_EXHAUSTED if that
   // is not enough.
   absl::Status PutSurface(const std::string& id, TriangleSurface surface, uint64_t max_bytes);
+  // Of a mesh: from pieces that wait in pieces(), which then do not any more.
   absl::Status CreateBlocks(const v1::CreateBlocksRequest& request);
-  // What names of a block's cells need. FAILED_PRECONDITION when the map has no grid.
+  // What names of a block's cells need. FAILED_PRECONDITION when the map has neither grid nor mesh.
   absl::StatusOr<std::shared_ptr<const InitialCells>> Initial(const std::string& map, uint32_t block) const;
   // NOT_FOUND if it is not here, or is another one of that name (`number` other than 0).
   absl::Status DropMap(const std::string& map, uint64_t number = 0);
@@ -106,12 +112,15 @@ class BlockHost {
     std::vector<std::string> addresses;
     // The initial hexahedra, when the map was created with a grid.
     std::optional<GridShape> grid;
+    // How many initial cells the whole map has, when it was created from a mesh.
+    std::optional<uint64_t> mesh_cells;
   };
   absl::StatusOr<MapInfo> Info(const std::string& map) const;
   size_t map_count() const;
 
   const std::string& address() const { return address_; }
   PeerStreams& streams() { return streams_; }
+  PieceStore& pieces() { return pieces_; }
   // Wakes PollPhase calls that wait; they answer at once from now on.
   void StopWaiting();
   // Ends threads and streams.
@@ -138,6 +147,8 @@ class BlockHost {
   // An algorithm for each block here, in their order.
   absl::Status MakeAlgorithms(HostedMap& map, const v1::Phase& phase,
                               std::vector<std::unique_ptr<BlockAlgorithm>>& made);
+  // Of a request that has a mesh: what each block there is to know of it.
+  absl::Status ClaimPieces(const v1::CreateBlocksRequest& request, HostedMap& map);
   // Some map here holds its content.
   bool Used(const HostedSurface& surface) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -145,6 +156,7 @@ class BlockHost {
   const unsigned threads_;
   std::string address_;
   PeerStreams streams_;
+  PieceStore pieces_;
   std::unique_ptr<Router> router_;
   std::unique_ptr<PeerTransport> wrapped_;
   WorkerPool pool_;

@@ -37,7 +37,11 @@ absl::StatusOr<std::unique_ptr<BlockServer>> BlockServer::Start(BlockServerOptio
     request.set_capacity(threads);
     BlockHost* const host = &server->host_;
     Registration::Holdings holdings;
-    holdings.maps = [host] { return host->Maps(); };
+    holdings.maps = [host] {
+      // Asked for with every sign of life, which is often enough for what waits for minutes.
+      host->pieces().DropOld(absl::Now());
+      return host->Maps();
+    };
     holdings.drop = [host](const std::string& map, uint64_t number) {
       host->DropMap(map, number).IgnoreError();
     };

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/block_service.h"
 
+#include <memory>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+
+#include "core/names/mesh_cells.h"
+#include "service/guarded.h"
+#include "service/mesh.h"
 #include "service/process_stats.h"
 #include "service/status.h"
 #include "service/surface_transfer.h"
@@ -176,6 +182,35 @@ grpc::Status BlockServiceImpl::PutSurface(grpc::ServerContext*, grpc::ServerRead
   if (absl::Status status = receiver.Finish(); !status.ok()) return ToGrpc(status);
   response->set_surface_id(receiver.id());
   return ToGrpc(host_->PutSurface(receiver.id(), receiver.Take(), options_.max_surface_bytes));
+}
+
+grpc::Status BlockServiceImpl::PutPiece(grpc::ServerContext*, grpc::ServerReader<v1::PieceChunk>* reader,
+                                        v1::PutPieceResponse*) {
+  return ToGrpc(service::Guarded([&]() -> absl::Status {
+    PieceStore& pieces = host_->pieces();
+    const auto room = std::make_shared<PieceStore::Room>(pieces);
+    service::PieceReceiver receiver([&room](uint64_t bytes) { return room->Take(bytes); });
+    v1::PieceChunk chunk;
+    while (reader->Read(&chunk)) {
+      if (absl::Status status = receiver.Add(chunk); !status.ok()) return status;
+      pieces.Touch(receiver.header().upload(), absl::Now());
+    }
+    if (absl::Status status = receiver.Finish(); !status.ok()) return status;
+    const v1::PieceHeader& header = receiver.header();
+    auto cells = MeshCells::Make(receiver.Take(), BlockId{header.block()}, header.block_count());
+    if (!cells.ok()) {
+      return absl::Status(cells.status().code(), absl::StrCat("the piece of block ", header.block(), ": ",
+                                                              cells.status().message()));
+    }
+    pieces.Put(header.upload(), header.block_count(), *std::move(cells), room, absl::Now());
+    return absl::OkStatus();
+  }));
+}
+
+grpc::Status BlockServiceImpl::DropPieces(grpc::ServerContext*, const v1::DropPiecesRequest* request,
+                                          v1::DropPiecesResponse*) {
+  host_->pieces().Drop(request->upload());
+  return grpc::Status::OK;
 }
 
 grpc::Status BlockServiceImpl::CreateBlocks(grpc::ServerContext*, const v1::CreateBlocksRequest* request,

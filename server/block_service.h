@@ -78,6 +78,10 @@ class BlockServiceImpl final
                            grpc::ServerWriter<v1::ExportPieceResponse>*) override;
   grpc::Status PutSurface(grpc::ServerContext*, grpc::ServerReader<v1::SurfaceChunk>*,
                           v1::PutSurfaceResponse*) override;
+  grpc::Status PutPiece(grpc::ServerContext*, grpc::ServerReader<v1::PieceChunk>*,
+                        v1::PutPieceResponse*) override;
+  grpc::Status DropPieces(grpc::ServerContext*, const v1::DropPiecesRequest*,
+                          v1::DropPiecesResponse*) override;
   grpc::Status CreateBlocks(grpc::ServerContext*, const v1::CreateBlocksRequest*,
                             v1::CreateBlocksResponse*) override;
   grpc::Status DropMap(grpc::ServerContext*, const v1::DropMapRequest*, v1::DropMapResponse*) override;

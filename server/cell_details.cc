@@ -9,13 +9,15 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
-#include "core/names/name_of.h"
+#include "core/names/cell_names.h"
 
 namespace ndmap::server {
 namespace {
 
 // Darts in one question: its answer, with everything asked for, is some megabytes.
 constexpr size_t kDartsAQuestion = 1 << 15;
+
+constexpr uint32_t kNoCorner = CellNames<Block3>::kNoCorner;
 
 // Questions for the names of a set's darts, and which darts each is about.
 struct Naming {
@@ -62,6 +64,9 @@ struct DartFacts {
   bool free = false;
   DartIndex next;
   CellState state = CellState::kUnknown;
+  CellKind kind = CellKind::kHexahedron;
+  // Of its 3-cell, where the dart starts; kNoCorner at a vertex that only hangs on it.
+  uint32_t corner = kNoCorner;
 
   // The order that makes one dart of a cell canonical.
   std::tuple<const CellId&, const CellId&, const CellId&> Rank() const { return {ids[3], ids[2], ids[1]}; }
@@ -81,7 +86,7 @@ absl::StatusOr<std::vector<DartFacts>> FactsOf(RemoteBlocks& blocks, DartSet& se
     const v1::NameAnswer& answer = (*answers)[k].name();
     const int n = static_cast<int>(darts.size());
     if (answer.points_size() != 3 * n || answer.free_size() != n || answer.next_size() != n ||
-        answer.states_size() != n) {
+        answer.states_size() != n || answer.corners_size() != n || answer.kinds_size() != n) {
       return absl::InternalError(absl::StrCat("block ", b, " described other darts than it was asked about"));
     }
     for (int i = 0; i < n; ++i) {
@@ -94,6 +99,11 @@ absl::StatusOr<std::vector<DartFacts>> FactsOf(RemoteBlocks& blocks, DartSet& se
       fact.free = answer.free(i);
       fact.next = DartIndex{answer.next(i)};
       fact.state = static_cast<CellState>(answer.states(i));
+      if (answer.kinds(i) >= kCellKinds) {
+        return absl::InternalError(absl::StrCat("block ", b, " described a cell of kind ", answer.kinds(i)));
+      }
+      fact.kind = static_cast<CellKind>(answer.kinds(i));
+      fact.corner = answer.corners(i);
     }
   }
   return facts;
@@ -108,8 +118,8 @@ void AddVertex(const DartFacts& at, v1::CellDetails& cell) {
 }
 
 // The vertices of a cell, from all its darts.
-void AddVertices(const InitialCells& initial, const CellId& id, const DartFacts& canonical,
-                 const std::vector<const DartFacts*>& darts, v1::CellDetails& cell) {
+void AddVertices(const DartFacts& canonical, const std::vector<const DartFacts*>& darts,
+                 v1::CellDetails& cell) {
   if (cell.dimension() == 2) {
     absl::flat_hash_map<DartIndex, const DartFacts*> here;
     for (const DartFacts* d : darts) {
@@ -124,16 +134,16 @@ void AddVertices(const InitialCells& initial, const CellId& id, const DartFacts&
     } while (d != &canonical && cell.vertices_size() <= static_cast<int>(here.size()));
     return;
   }
-  std::map<CellId, const DartFacts*> vertices;
-  for (const DartFacts* d : darts) vertices.try_emplace(d->ids[0], d);
   if (cell.dimension() == 3) {
-    for (unsigned c = 0; c < 8; ++c) {
-      const unsigned part = (c & 1) + 3 * (c >> 1 & 1) + 9 * (c >> 2);
-      const auto corner = vertices.find(NameOf(initial, BoxOf(CellId::Part(id, part))));
-      if (corner != vertices.end()) AddVertex(*corner->second, cell);
+    std::map<uint32_t, const DartFacts*> corners;
+    for (const DartFacts* d : darts) {
+      if (d->corner != kNoCorner) corners.try_emplace(d->corner, d);
     }
+    for (const auto& [corner, d] : corners) AddVertex(*d, cell);
     return;
   }
+  std::map<CellId, const DartFacts*> vertices;
+  for (const DartFacts* d : darts) vertices.try_emplace(d->ids[0], d);
   AddVertex(canonical, cell);
   for (const auto& [vertex, d] : vertices) {
     if (vertex != canonical.ids[0]) AddVertex(*d, cell);
@@ -176,8 +186,6 @@ absl::StatusOr<CellDarts> CellsOf(RemoteBlocks& blocks, DartSet& set, unsigned d
 
 absl::StatusOr<std::vector<v1::CellDetails>> DetailsOf(RemoteBlocks& blocks, const CellDarts& cells,
                                                        const DartSet& versions, unsigned dimension) {
-  absl::StatusOr<std::unique_ptr<InitialCells>> initial = InitialCellsOf(blocks.map(), blocks.info());
-  if (!initial.ok()) return initial.status();
   DartSet one;
   for (const auto& [id, place] : cells) {
     DartSet::OfBlock& part = one.blocks[place.first];
@@ -201,7 +209,10 @@ absl::StatusOr<std::vector<v1::CellDetails>> DetailsOf(RemoteBlocks& blocks, con
     cell.set_text(id.ToString());
     cell.set_dimension(dimension);
     cell.set_level(static_cast<uint32_t>(id.level()));
-    if (dimension == 3) cell.set_state(StateName(canonical.state));
+    if (dimension == 3) {
+      cell.set_state(StateName(canonical.state));
+      cell.set_kind(std::string(ShapeOf(canonical.kind).name));
+    }
     cell.mutable_dart()->set_block(canonical.block.value);
     cell.mutable_dart()->set_dart(canonical.dart.value);
     cell.mutable_dart()->set_version(whole->blocks[canonical.block].version);
@@ -212,7 +223,7 @@ absl::StatusOr<std::vector<v1::CellDetails>> DetailsOf(RemoteBlocks& blocks, con
     }
     cell.mutable_blocks()->Add(in.begin(), in.end());
     cell.set_darts(static_cast<uint32_t>(darts.size()));
-    AddVertices(**initial, id, canonical, darts, cell);
+    AddVertices(canonical, darts, cell);
   }
   return details;
 }

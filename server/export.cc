@@ -67,13 +67,15 @@ absl::Status ExportPiece(BlockHost& host, const PieceSource& source, const std::
   }
   absl::StatusOr<BlockHost::MapInfo> info = host.Info(request.map());
   if (!info.ok()) return info.status();
-  if (!info->grid) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("map \"", request.map(), "\" has no grid to number cells by"));
+  PieceOrigin origin{info->grid, nullptr, info->mesh_cells.value_or(0)};
+  if (!origin.grid) {
+    absl::StatusOr<std::shared_ptr<const InitialCells>> mesh = host.Initial(request.map(), request.block());
+    if (!mesh.ok()) return mesh.status();
+    origin.mesh = *std::move(mesh);
   }
   const Parameters options(
       absl::btree_map<std::string, std::string>(request.options().begin(), request.options().end()));
-  absl::StatusOr<std::unique_ptr<PieceBuilder>> builder = source(options, *info->grid);
+  absl::StatusOr<std::unique_ptr<PieceBuilder>> builder = source(options, origin);
   if (!builder.ok()) return builder.status();
   auto step = [&](Block3& block, AttributeStore& attributes) { return (*builder)->Step(block, attributes); };
   if (absl::Status s = host.QuerySliced(request.map(), request.block(), step, gone); !s.ok()) return s;

@@ -13,6 +13,7 @@
 #include "core/attributes/table.h"
 #include "core/geometry/surface_caches.h"
 #include "core/names/initial_cells.h"
+#include "core/names/mesh_cells.h"
 #include "server/attribute_gates.h"
 #include "server/block_host.h"
 
@@ -35,6 +36,8 @@ struct BlockHost::HostedBlock {
   // As the block: only its turns touch it.
   std::shared_ptr<AttributeStore> attributes = std::make_shared<AttributeStore>();
   std::shared_ptr<BlockActor> actor;
+  // What it was made from, in a map that was made from a mesh.
+  std::shared_ptr<const MeshCells> mesh;
 };
 
 struct BlockHost::HostedMap {
@@ -47,6 +50,8 @@ struct BlockHost::HostedMap {
   std::shared_ptr<const HostedSurface> surface;
   std::optional<GridShape> grid;
   std::shared_ptr<const GridCells> grid_cells;
+  // Initial cells of the whole map, when it was made from a mesh.
+  std::optional<uint64_t> mesh_cells;
   std::shared_ptr<AttributeGates> gates = std::make_shared<AttributeGates>();
   // Does not change after the map was made.
   std::map<uint32_t, std::shared_ptr<HostedBlock>> blocks;

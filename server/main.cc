@@ -39,6 +39,17 @@ int main(int argc, char** argv) {
       ->envname("NDMAP_MAX_SURFACE_BYTES")
       ->transform(CLI::AsSizeValue(false))
       ->capture_default_str();
+  app.add_option("--max-piece-bytes", options.host.max_piece_bytes,
+                 "limit of all pieces of meshes that are kept, as they were sent")
+      ->envname("NDMAP_MAX_PIECE_BYTES")
+      ->transform(CLI::AsSizeValue(false))
+      ->capture_default_str();
+  double piece_seconds = absl::ToDoubleSeconds(options.host.max_piece_time);
+  app.add_option("--max-piece-seconds", piece_seconds,
+                 "how long pieces of a mesh wait for their map after the last came")
+      ->envname("NDMAP_MAX_PIECE_SECONDS")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
   app.add_option("--max-query-darts", options.service.max_query_darts,
                  "limit of the darts that one question of a client may come to")
       ->envname("NDMAP_MAX_QUERY_DARTS")
@@ -76,6 +87,7 @@ int main(int argc, char** argv) {
   if (absl::Status status = service::BeginProgram(program); !status.ok()) return fail(status);
   options.listen = program.listen;
   options.coordinator_timeout = absl::Seconds(coordinator_timeout);
+  options.host.max_piece_time = absl::Seconds(piece_seconds);
   limits.max_query_time = absl::Seconds(query_seconds);
   limits.max_export_time = absl::Seconds(export_seconds);
   options.host.factory = [](absl::string_view name, const Parameters& parameters,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/container/btree_map.h"
@@ -14,6 +15,7 @@
 #include "core/attributes/table.h"
 #include "core/geometry/grid_shape.h"
 #include "core/map/block.h"
+#include "core/names/initial_cells.h"
 
 namespace ndmap::server {
 
@@ -33,12 +35,21 @@ class PieceBuilder {
   virtual absl::btree_map<std::string, int64_t> counts() const = 0;
 };
 
+// By which a piece numbers its points and cells: the grid that the map was made from, or what the block knows
+// of the mesh, and how many initial cells the whole map has.
+struct PieceOrigin {
+  std::optional<GridShape> grid;
+  std::shared_ptr<const InitialCells> mesh;
+  uint64_t mesh_cells = 0;
+};
+
 // INVALID_ARGUMENT names the option that is wrong.
 using PieceSource = std::function<absl::StatusOr<std::unique_ptr<PieceBuilder>>(const Parameters& options,
-                                                                                const GridShape& grid)>;
+                                                                                const PieceOrigin& origin)>;
 
 // VTU pieces (core/io). Options: cells, "hexahedron" (the default) or "polyhedron"; attributes, "all" (the
 // default), "none", or names separated by commas.
-absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid);
+absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options,
+                                                           const PieceOrigin& origin);
 
 }  // namespace ndmap::server

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "core/io/block_piece.h"
+#include "core/io/named_piece.h"
 #include "core/io/vtu_writer.h"
 #include "server/piece.h"
 
@@ -27,10 +28,13 @@ absl::Status CheckAttribute(const std::string& name, const AttributeStore& attri
   return absl::NotFoundError(absl::StrCat("the map has no attribute \"", shown, "\""));
 }
 
+// Of a grid (BlockPiece) or of a mesh (NamedPiece).
+template <class Piece>
 class VtuPieceBuilder final : public PieceBuilder {
  public:
-  VtuPieceBuilder(const GridShape& grid, VtuCells cells, const ChosenAttributes& attributes)
-      : piece_(grid, cells, attributes), attributes_(attributes) {}
+  template <class... Arguments>
+  explicit VtuPieceBuilder(const ChosenAttributes& attributes, Arguments&&... arguments)
+      : piece_(std::forward<Arguments>(arguments)..., attributes), attributes_(attributes) {}
 
   absl::StatusOr<bool> Step(Block3& block, const AttributeStore& attributes) override {
     const bool none = attributes_ && attributes_->empty();
@@ -53,14 +57,15 @@ class VtuPieceBuilder final : public PieceBuilder {
   }
 
  private:
-  BlockPiece piece_;
+  Piece piece_;
   const ChosenAttributes attributes_;
   bool begun_ = false;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options, const GridShape& grid) {
+absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& options,
+                                                           const PieceOrigin& origin) {
   for (const auto& [name, value] : options.values()) {
     if (name != "cells" && name != "attributes") {
       return absl::InvalidArgumentError(
@@ -80,8 +85,9 @@ absl::StatusOr<std::unique_ptr<PieceBuilder>> MakeVtuPiece(const Parameters& opt
     return absl::InvalidArgumentError(absl::StrCat(chosen->size(), " names of attributes, expected at most ",
                                                    AttributeDefinition::kMaxAttributes));
   }
-  return std::make_unique<VtuPieceBuilder>(
-      grid, cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra, chosen);
+  const VtuCells as = cells == "polyhedron" ? VtuCells::kPolyhedra : VtuCells::kHexahedra;
+  if (origin.grid) return std::make_unique<VtuPieceBuilder<BlockPiece>>(chosen, *origin.grid, as);
+  return std::make_unique<VtuPieceBuilder<NamedPiece>>(chosen, origin.mesh, origin.mesh_cells, as);
 }
 
 }  // namespace ndmap::server

@@ -3,13 +3,12 @@
 
 #include <xxhash.h>
 
-#include <algorithm>
-#include <cstring>
 #include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
+#include "service/columns.h"
 
 namespace ndmap::service {
 namespace {
@@ -17,16 +16,6 @@ namespace {
 constexpr uint64_t kPoint = sizeof(Point3);
 constexpr uint64_t kTriangle = 3 * sizeof(uint32_t);
 static_assert(kPoint == 24 && sizeof(std::array<uint32_t, 3>) == kTriangle, "columns are copied as they lie");
-
-// Copies what of `data`, which begins at byte `at` of all columns, belongs to the column [begin, begin +
-// bytes).
-template <class T>
-void CopyInto(std::vector<T>& column, uint64_t begin, uint64_t bytes, uint64_t at, absl::string_view data) {
-  const uint64_t from = std::max(begin, at), to = std::min(begin + bytes, at + data.size());
-  if (from >= to) return;
-  column.resize((to - begin + sizeof(T) - 1) / sizeof(T));
-  std::memcpy(reinterpret_cast<char*>(column.data()) + (from - begin), data.data() + (from - at), to - from);
-}
 
 }  // namespace
 

@@ -26,13 +26,17 @@ int64_t VtuPiece::AddPoint(const Point3& point, int64_t id) {
 }
 
 void VtuPiece::AddHexahedron(absl::Span<const int64_t> corners, const VtuCell& cell) {
+  AddCell(kVtkHexahedron, corners, cell);
+}
+
+void VtuPiece::AddCell(uint8_t type, absl::Span<const int64_t> corners, const VtuCell& cell) {
   connectivity.insert(connectivity.end(), corners.begin(), corners.end());
-  AddCell(kVtkHexahedron, -1, cell);
+  EndCell(type, -1, cell);
 }
 
 void VtuPiece::AddPolyhedron(absl::Span<const int64_t> face_sizes, absl::Span<const int64_t> face_points,
                              const VtuCell& cell) {
-  // Hexahedra added before the first polyhedron had no use for face offsets.
+  // Cells added before the first polyhedron had no use for face offsets.
   face_offsets.resize(types.size(), -1);
 
   const auto begin = connectivity.insert(connectivity.end(), face_points.begin(), face_points.end());
@@ -46,10 +50,10 @@ void VtuPiece::AddPolyhedron(absl::Span<const int64_t> face_sizes, absl::Span<co
     faces.insert(faces.end(), next, next + size);
     next += size;
   }
-  AddCell(kVtkPolyhedron, static_cast<int64_t>(faces.size()), cell);
+  EndCell(kVtkPolyhedron, static_cast<int64_t>(faces.size()), cell);
 }
 
-void VtuPiece::AddCell(uint8_t type, int64_t face_offset, const VtuCell& cell) {
+void VtuPiece::EndCell(uint8_t type, int64_t face_offset, const VtuCell& cell) {
   types.push_back(type);
   offsets.push_back(static_cast<int64_t>(connectivity.size()));
   if (!faces.empty()) face_offsets.push_back(face_offset);

@@ -99,6 +99,22 @@ bool ValidFaces(absl::Span<const int64_t> stream, int64_t points) {
   return left == 0 && stream.empty();
 }
 
+struct LinearCell {
+  uint8_t type;
+  int64_t points;
+  absl::string_view name;
+};
+const LinearCell* LinearCellOf(uint8_t type) {
+  static constexpr LinearCell kLinear[] = {{kVtkTetra, 4, "tetrahedron"},
+                                           {kVtkHexahedron, 8, "hexahedron"},
+                                           {kVtkWedge, 6, "wedge"},
+                                           {kVtkPyramid, 5, "pyramid"}};
+  for (const LinearCell& cell : kLinear) {
+    if (cell.type == type) return &cell;
+  }
+  return nullptr;
+}
+
 absl::Status CheckCells(const VtuPiece& piece) {
   const int64_t points = static_cast<int64_t>(piece.points.size());
   int64_t begin = 0;
@@ -113,9 +129,9 @@ absl::Status CheckCells(const VtuPiece& piece) {
       const int64_t p = piece.connectivity[i];
       if (p < 0 || p >= points) return CellError(c, absl::StrCat("names point ", p, " of ", points));
     }
-    if (piece.types[c] == kVtkHexahedron) {
-      if (end - begin != 8)
-        return CellError(c, absl::StrCat("is a hexahedron with ", end - begin, " points"));
+    if (const LinearCell* linear = LinearCellOf(piece.types[c]); linear != nullptr) {
+      if (end - begin != linear->points)
+        return CellError(c, absl::StrCat("is a ", linear->name, " with ", end - begin, " points"));
     } else if (piece.types[c] == kVtkPolyhedron) {
       const int64_t faces_end = piece.face_offsets.empty() ? -1 : piece.face_offsets[c];
       if (faces_end < faces_begin || faces_end > static_cast<int64_t>(piece.faces.size()) ||
@@ -126,7 +142,9 @@ absl::Status CheckCells(const VtuPiece& piece) {
       faces_begin = faces_end;
     } else {
       return CellError(
-          c, absl::StrCat("is of VTK type ", piece.types[c], ", not hexahedron (12) or polyhedron (42)"));
+          c, absl::StrCat(
+                 "is of VTK type ", piece.types[c],
+                 ", not tetrahedron (10), hexahedron (12), wedge (13), pyramid (14) or polyhedron (42)"));
     }
     begin = end;
   }

@@ -20,7 +20,10 @@
 
 namespace ndmap {
 
+inline constexpr uint8_t kVtkTetra = 10;
 inline constexpr uint8_t kVtkHexahedron = 12;
+inline constexpr uint8_t kVtkWedge = 13;
+inline constexpr uint8_t kVtkPyramid = 14;
 inline constexpr uint8_t kVtkPolyhedron = 42;
 
 // What is known of one cell, beside its points.
@@ -54,11 +57,11 @@ struct VtuPiece {
 
   std::vector<int64_t> connectivity;  // indices into points, cell after cell
   std::vector<int64_t> offsets;       // one a cell: where its part of connectivity ends
-  std::vector<uint8_t> types;         // one a cell: kVtkHexahedron or kVtkPolyhedron
+  std::vector<uint8_t> types;         // one a cell: those above
 
   // Both empty without polyhedra. For a polyhedron: number of faces, then for each face the number of its
   // points and the points, seen from outside counter-clockwise. face_offsets has one entry a cell: where its
-  // part of faces ends, -1 for a hexahedron.
+  // part of faces ends, -1 for other cells.
   std::vector<int64_t> faces;
   std::vector<int64_t> face_offsets;
 
@@ -74,6 +77,8 @@ struct VtuPiece {
   int64_t AddPoint(const Point3& point, int64_t id);
   // Corners in VTK's order: 0-3 around the bottom, counter-clockwise seen from the top, 4-7 above them.
   void AddHexahedron(absl::Span<const int64_t> corners, const VtuCell& cell);
+  // A cell of any of the types above but the polyhedron, its corners in VTK's order.
+  void AddCell(uint8_t type, absl::Span<const int64_t> corners, const VtuCell& cell);
   // `face_sizes` gives the number of points of each face, `face_points` all their points, one face after the
   // other. A neighbour's finer faces and the points that hang on edges are listed like any others. O(n log n)
   // in the points.
@@ -81,7 +86,7 @@ struct VtuPiece {
                      const VtuCell& cell);
 
  private:
-  void AddCell(uint8_t type, int64_t face_offset, const VtuCell& cell);
+  void EndCell(uint8_t type, int64_t face_offset, const VtuCell& cell);
 };
 
 // Which arrays are written beside the mesh itself: the same for an index and all its pieces.

@@ -38,6 +38,12 @@ TriangleSurface FacesOf(BlockT& block, const CellNames<BlockT>& names, size_t da
 template <class BlockT>
 bool CellMeets(BlockT& block, CellNames<BlockT>& names, typename BlockT::Types::Cell cell, const Box3& box) {
   const size_t darts = names.Look(cell);
+  for (size_t i = 0; i < darts; ++i) {
+    const Point3 p = Frame<BlockT>::StartPoint(block.map(), names.dart(i));
+    bool within = true;
+    for (int c = 0; c < 3; ++c) within = within && box.lo[c] <= p[c] && p[c] <= box.hi[c];
+    if (within) return true;
+  }
   const auto faces = std::make_shared<const TriangleSurface>(FacesOf(block, names, darts));
   return SurfaceIndex(faces).Meets(box) || (BlockT::n == 3 && InsideByParity(*faces, box.lo));
 }

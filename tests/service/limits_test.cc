@@ -20,10 +20,10 @@ using ::testing::HasSubstr;
 class Turnstile {
  public:
   server::PieceSource Source() {
-    return
-        [this](const Parameters&, const GridShape&) -> absl::StatusOr<std::unique_ptr<server::PieceBuilder>> {
-          return std::make_unique<Piece>(this);
-        };
+    return [this](const Parameters&,
+                  const server::PieceOrigin&) -> absl::StatusOr<std::unique_ptr<server::PieceBuilder>> {
+      return std::make_unique<Piece>(this);
+    };
   }
   void AwaitArrivals(int n) {
     const auto enough = [this, n]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return arrived_ >= n; };
