@@ -49,6 +49,7 @@ Json CellAsJson(const v1::CellDetails& cell) {
   }
   return {{"cell", cell.text()},
           {"dimension", cell.dimension()},
+          {"kind", cell.kind().empty() ? Json(nullptr) : Json(cell.kind())},
           {"level", cell.level()},
           {"state", cell.state().empty() ? Json(nullptr) : Json(cell.state())},
           {"dart", NameOfDart(cell.dart())},
@@ -61,7 +62,8 @@ Json CellAsJson(const v1::CellDetails& cell) {
 
 std::string CellAsText(const v1::CellDetails& cell) {
   std::string text =
-      absl::StrFormat("%s: %s of level %d%s\n", cell.text(), CellWord(cell.dimension(), false), cell.level(),
+      absl::StrFormat("%s: %s of level %d%s\n", cell.text(),
+                      cell.kind().empty() ? CellWord(cell.dimension(), false) : cell.kind(), cell.level(),
                       cell.state().empty() ? "" : absl::StrCat(", ", cell.state()));
   absl::StrAppend(&text, "dart      ", NameOfDart(cell.dart()), " at version ", cell.dart().version(),
                   ", the canonical one of ", cell.darts(), "\n", "blocks    ",
@@ -91,6 +93,7 @@ CellRows::CellRows(bool csv, unsigned dimension, std::string first)
 
 void CellRows::Add(const v1::CellDetails& cell, const std::string& first) {
   ++count_;
+  hexahedra_ = hexahedra_ && (cell.kind().empty() || cell.kind() == "hexahedron");
   const Point at = Mean(cell);
   const std::string blocks = absl::StrJoin(cell.blocks(), " ");
   std::vector<std::string> row;
@@ -115,8 +118,9 @@ std::string CellRows::Text() const {
   if (csv_) return CsvText(rows_);
   Table table(rows_[0]);
   for (size_t i = 1; i < rows_.size(); ++i) table.Add(rows_[i]);
+  const std::string word = hexahedra_ ? CellWord(dimension_, count_ != 1) : count_ == 1 ? "cell" : "cells";
   return absl::StrCat(rows_.size() == 1 ? "" : table.Text(), FormatCount(static_cast<int64_t>(count_)), " ",
-                      CellWord(dimension_, count_ != 1), "\n");
+                      word, "\n");
 }
 
 std::string CsvText(const std::vector<std::vector<std::string>>& rows) {

@@ -32,6 +32,8 @@ class CellRows {
   unsigned dimension_;
   bool has_first_;
   size_t count_ = 0;
+  // All 3-cells so far are.
+  bool hexahedra_ = true;
   std::vector<std::vector<std::string>> rows_;
 };
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/command_create.h"
 #include "client/cli/context.h"
 #include "client/cli/grid_options.h"
 #include "client/cli/job_display.h"
@@ -25,55 +26,6 @@ absl::StatusOr<int> PrintJob(Context& context, const absl::StatusOr<v1::Job>& jo
   if (!job.ok()) return job.status();
   context.Print(JobAsJson(*job), JobAsText(*job));
   return 0;
-}
-
-// Deletes a surface that was sent in vain. Another map may use it, and stays as it is.
-void ForgetSurface(const Client& client, const std::string& id) { client.DeleteSurface(id).IgnoreError(); }
-
-void AddCreate(CLI::App& app, Action& action) {
-  struct Options {
-    std::string map, surface;
-    GridOptions grid;
-    DepthOptions depth;
-  };
-  auto options = std::make_shared<Options>();
-  CLI::App* command =
-      AddMapCommand(app, "create", "upload a surface and make a map's initial hexahedra",
-                    "ndmap create bunny bunny.off --blocks 8 --coordinator 127.0.0.1:7000", &options->map);
-  command->add_option("SURFACE", options->surface, "OFF, OBJ, PLY or STL file of a closed surface")
-      ->required();
-  AddGridOptions(command, &options->grid);
-  command
-      ->add_option("--depth", options->depth.depth, "the depth that refinement will go to: balances blocks")
-      ->check(WholeNumber(0, kMaxDepth, "ids of cells hold 29 levels"))
-      ->capture_default_str();
-  command->callback([&action, options] {
-    action = [options](Context& context) -> absl::StatusOr<int> {
-      absl::StatusOr<Client> client = context.Connect();
-      if (!client.ok()) return client.status();
-      absl::StatusOr<SurfaceFile> file = ReadSurfaceAndTell(options->surface, context.progress);
-      if (!file.ok()) return file.status();
-      absl::StatusOr<GridShape> grid = MakeGrid(options->grid, file->surface);
-      if (!grid.ok()) return grid.status();
-      if (absl::Status s = CheckDepth(*grid, options->depth.depth); !s.ok()) return s;
-      WarnAboutSmallComponents(file->surface, *grid, context.progress);
-      absl::StatusOr<std::string> id = client->UploadSurface(ViewOf(file->surface, options->surface));
-      if (!id.ok()) return id.status();
-      absl::StatusOr<JobHandle> job =
-          client->CreateMap(CreateRequest(options->map, *id, *grid, options->grid, options->depth.depth));
-      if (!job.ok()) {
-        ForgetSurface(*client, *id);
-        return job.status();
-      }
-      absl::StatusOr<v1::Job> ended = WatchJob(context, *job, false);
-      // A map that was not made is of no use to anybody.
-      if (absl::IsAborted(ended.status()) || absl::IsCancelled(ended.status())) {
-        client->DeleteMap(options->map).IgnoreError();
-        ForgetSurface(*client, *id);
-      }
-      return PrintJob(context, ended);
-    };
-  });
 }
 
 struct RefineOptions {
@@ -267,7 +219,7 @@ void AddMaps(CLI::App& app, Action& action) {
 }  // namespace
 
 void AddMapCommands(CLI::App& app, Action& action) {
-  AddCreate(app, action);
+  AddCreateCommand(app, action);
   AddRefine(app, action);
   AddTrim(app, action);
   AddStats(app, action);

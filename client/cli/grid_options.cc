@@ -12,6 +12,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/text.h"
 #include "core/algorithm/build/assignment.h"
+#include "core/io/mesh_numbers.h"
 
 namespace ndmap::cli {
 
@@ -109,6 +110,14 @@ absl::StatusOr<GridShape> MakeGrid(const GridOptions& options, const TriangleSur
 }
 
 absl::Status CheckDepthOfMap(const v1::Map& map, int depth) {
+  if (map.has_mesh()) {
+    const v1::MeshSummary& mesh = map.mesh();
+    const int finest =
+        MeshNumbers(mesh.tetrahedra() + mesh.pyramids() + mesh.prisms() + mesh.hexahedra()).finest_level();
+    if (depth <= finest) return absl::OkStatus();
+    return absl::OutOfRangeError(
+        absl::StrCat("depth ", depth, " is too deep: in this mesh numbers in files reach level ", finest));
+  }
   const v1::Grid& wire = map.grid();
   if (wire.cells_size() != 3 || wire.lo_size() != 3 || wire.hi_size() != 3) return absl::OkStatus();
   GridShape grid;

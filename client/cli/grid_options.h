@@ -11,9 +11,9 @@
 #include "absl/status/statusor.h"
 #include "client/sdk/client.h"
 #include "core/geometry/grid_shape.h"
-#include "core/map/ids.h"
 #include "core/geometry/surface.h"
 #include "core/io/surface_reader.h"
+#include "core/map/ids.h"
 
 namespace ndmap::cli {
 
@@ -42,7 +42,7 @@ void AddGridOptions(CLI::App* command, GridOptions* options);
 // or more cells than the partition can cut.
 absl::StatusOr<GridShape> MakeGrid(const GridOptions& options, const TriangleSurface& surface);
 
-// OK if the map's grid allows hexahedra of this level (CheckDepth), or is not known.
+// OK if the map's grid or mesh allows hexahedra of this level, or is not known.
 absl::Status CheckDepthOfMap(const v1::Map& map, int depth);
 
 // The message that makes the map.

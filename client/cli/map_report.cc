@@ -17,6 +17,24 @@
 namespace ndmap::cli {
 namespace {
 
+// The grid that the map was made from, or the mesh.
+std::string MadeFrom(const v1::Map& map) {
+  if (!map.has_mesh()) return GridText(map.grid());
+  return map.mesh().name().empty() ? "a mesh" : map.mesh().name();
+}
+
+Json MeshAsJson(const v1::MeshSummary& mesh) {
+  return {{"name", mesh.name()},         {"hexahedra", mesh.hexahedra()},   {"prisms", mesh.prisms()},
+          {"pyramids", mesh.pyramids()}, {"tetrahedra", mesh.tetrahedra()}, {"points", mesh.points()}};
+}
+
+// 3-cells of all kinds.
+int64_t CellsIn(const v1::Report& count) {
+  int64_t cells = 0;
+  for (const char* kind : {"hexahedra", "prisms", "pyramids", "tetrahedra"}) cells += CountOf(count, kind);
+  return cells;
+}
+
 // By name, in a fixed order whatever protobuf's map does.
 Json Counts(const v1::Report& report) {
   const std::map<std::string, int64_t> sorted(report.counts().begin(), report.counts().end());
@@ -108,7 +126,10 @@ void PrintStats(Context& context, const v1::Map& map, const std::vector<v1::Bloc
             {"grid", GridText(map.grid())},
             {"counts", Counts(count)},
             {"blocks", Json::array()}};
-  Table table({"block", "<server", "hexahedra", "darts", "critical", "vertices", "memory"});
+  if (map.has_mesh()) json["mesh"] = MeshAsJson(map.mesh());
+  const bool hexahedra = !map.has_mesh();
+  Table table(
+      {"block", "<server", hexahedra ? "hexahedra" : "cells", "darts", "critical", "vertices", "memory"});
   uint64_t bytes = 0;
   for (const v1::BlockStats& block : blocks) {
     json["blocks"].push_back({{"block", block.block()},
@@ -127,12 +148,15 @@ void PrintStats(Context& context, const v1::Map& map, const std::vector<v1::Bloc
     bytes += block.accounted_bytes();
   }
   const auto number = [&](const char* name) { return FormatCount(CountOf(count, name)); };
-  table.Add({"all", "", number("hexahedra"), number("darts"), number("critical_darts"), number("vertices"),
-             FormatBytes(bytes)});
+  table.Add({"all", "", FormatCount(CellsIn(count)), number("darts"), number("critical_darts"),
+             number("vertices"), FormatBytes(bytes)});
   std::string text = absl::StrCat(table.Text(true), "\n");
   for (int level = 0; level <= CellId::kMaxLevel; ++level) {
     const int64_t cells = CountOf(count, absl::StrCat("level_", level));
     if (cells > 0) absl::StrAppend(&text, "level ", level, ": ", FormatCount(cells), " hexahedra\n");
+  }
+  for (const char* kind : {"prisms", "pyramids", "tetrahedra"}) {
+    if (CountOf(count, kind) > 0) absl::StrAppend(&text, number(kind), " ", kind, "\n");
   }
   absl::StrAppend(&text, number("cut"), " cut, ", number("inside"), " inside, ", number("outside"),
                   " outside, ", number("unclassified"), " unclassified\n");
@@ -149,13 +173,14 @@ void PrintMaps(Context& context, const std::vector<v1::Map>& maps) {
                             {"error", map.error()},
                             {"blocks", map.block_count()},
                             {"grid", GridText(map.grid())},
+                            {"mesh", map.has_mesh() ? MeshAsJson(map.mesh()) : Json()},
                             {"routing", routing},
                             {"partition", map.partition()},
                             {"surface_id", map.surface_id()},
                             {"running_jobs", Json(std::vector<uint64_t>(map.running_jobs().begin(),
                                                                         map.running_jobs().end()))}});
-    table.Add({map.map(), StateName(map.state()), absl::StrCat(map.block_count()), GridText(map.grid()),
-               routing, map.partition(), absl::StrCat(map.running_jobs_size())});
+    table.Add({map.map(), StateName(map.state()), absl::StrCat(map.block_count()), MadeFrom(map), routing,
+               map.partition(), absl::StrCat(map.running_jobs_size())});
   }
   context.Print(json, table.Text());
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/cli/values_from_vtu.h"
 
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
@@ -9,6 +11,7 @@
 #include "client/cli/cell_arguments.h"
 #include "core/geometry/grid_shape.h"
 #include "core/io/file_numbers.h"
+#include "core/io/mesh_numbers.h"
 #include "core/io/vtu_values.h"
 #include "core/map/ids.h"
 
@@ -32,6 +35,44 @@ absl::Status AddRow(const VtuValues& read, size_t row, AttributeColumn* column, 
   }
 }
 
+// From numbers in files back to ids, in a map made from a grid or from a mesh.
+class Numbers {
+ public:
+  static absl::StatusOr<Numbers> Of(const v1::Map& map) {
+    Numbers numbers;
+    if (map.has_mesh()) {
+      const v1::MeshSummary& mesh = map.mesh();
+      const uint64_t cells = mesh.tetrahedra() + mesh.pyramids() + mesh.prisms() + mesh.hexahedra();
+      if (cells == 0) return absl::InvalidArgumentError(absl::StrCat("map '", map.map(), "' has no cells"));
+      numbers.mesh_.emplace(cells);
+      numbers.of_ = absl::StrCat("a mesh of ", cells, " cells");
+      return numbers;
+    }
+    if (map.grid().cells_size() != 3) {
+      return absl::InvalidArgumentError(absl::StrCat("map '", map.map(), "' has neither grid nor mesh"));
+    }
+    GridShape grid;
+    for (int c = 0; c < 3; ++c) grid.cells[static_cast<size_t>(c)] = map.grid().cells(c);
+    numbers.grid_.emplace(grid);
+    numbers.of_ = absl::StrCat("a grid of ", grid.cells[0], "x", grid.cells[1], "x", grid.cells[2]);
+    return numbers;
+  }
+
+  std::optional<CellId> Cell(int64_t number, int level) const {
+    return mesh_ ? mesh_->Cell(number, level) : grid_->Hexahedron(number, level);
+  }
+  std::optional<CellId> Vertex(int64_t number) const {
+    return mesh_ ? mesh_->Vertex(number) : grid_->Vertex(number);
+  }
+  // For people.
+  const std::string& of() const { return of_; }
+
+ private:
+  std::optional<FileNumbers> grid_;
+  std::optional<MeshNumbers> mesh_;
+  std::string of_;
+};
+
 }  // namespace
 
 absl::StatusOr<ValuesByCell> ValuesFromVtu(const std::string& path, const v1::Map& map,
@@ -44,7 +85,8 @@ absl::StatusOr<ValuesByCell> ValuesFromVtu(const std::string& path, const v1::Ma
     return wrong(absl::StrCat("VTU files have values of vertices and hexahedra, '", attribute.name(),
                               "' is of ", CellWord(attribute.dimension(), true), "; write it from CSV"));
   }
-  if (map.grid().cells_size() != 3) return wrong(absl::StrCat("map '", map.map(), "' has no grid"));
+  absl::StatusOr<Numbers> numbers = Numbers::Of(map);
+  if (!numbers.ok()) return wrong(numbers.status().message());
   const VtuKind kind = attribute.type() == v1::VALUE_TYPE_INT64      ? VtuKind::kIntegers
                        : attribute.type() == v1::VALUE_TYPE_CATEGORY ? VtuKind::kTexts
                                                                      : VtuKind::kReals;
@@ -59,9 +101,6 @@ absl::StatusOr<ValuesByCell> ValuesFromVtu(const std::string& path, const v1::Ma
     return wrong(absl::StrCat("array '", name, "' has ", read->components, " components, '", attribute.name(),
                               "' is of type ", NameOf(attribute.type())));
   }
-  GridShape grid;
-  for (int c = 0; c < 3; ++c) grid.cells[static_cast<size_t>(c)] = map.grid().cells(c);
-  const FileNumbers numbers(grid);
   absl::flat_hash_set<CellId> seen;
   for (size_t row = 0; row < read->ids.size(); ++row) {
     const int64_t number = read->ids[row];
@@ -69,12 +108,11 @@ absl::StatusOr<ValuesByCell> ValuesFromVtu(const std::string& path, const v1::Ma
     const int level = cells && read->levels[row] >= 0 && read->levels[row] <= CellId::kMaxLevel
                           ? static_cast<int>(read->levels[row])
                           : -1;
-    const std::optional<CellId> id = cells ? numbers.Hexahedron(number, level) : numbers.Vertex(number);
+    const std::optional<CellId> id = cells ? numbers->Cell(number, level) : numbers->Vertex(number);
     if (!id) {
       return wrong(absl::StrCat("id ", number, cells ? absl::StrCat(" of level ", read->levels[row]) : "",
-                                " is no number of a ", CellWord(attribute.dimension(), false),
-                                " in a grid of ", grid.cells[0], "x", grid.cells[1], "x", grid.cells[2],
-                                ": is the file an export of such a map?"));
+                                " is no number of a ", CellWord(attribute.dimension(), false), " in ",
+                                numbers->of(), ": is the file an export of such a map?"));
     }
     if (!seen.insert(*id).second) continue;
     values.cells.Add(id->hi(), id->lo());

@@ -18,8 +18,8 @@ struct ValuesByCell {
 
 // The array `name` of points (attributes of vertices) or cells (of hexahedra) in a .vtu file, or in the
 // pieces of a .pvtu file, each cell once. Cells are known by the numbers that an export gives them ("id", of
-// cells also "level"), which belong to the map's grid. INVALID_ARGUMENT in one sentence that begins with the
-// file.
+// cells also "level"), which belong to the map's grid or mesh. INVALID_ARGUMENT in one sentence that begins
+// with the file.
 absl::StatusOr<ValuesByCell> ValuesFromVtu(const std::string& path, const v1::Map& map,
                                            const v1::Attribute& attribute, const std::string& name);
 

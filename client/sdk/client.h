@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -38,6 +39,17 @@ struct SurfaceView {
 
 // The id that the surface will have in every cluster: 32 hexadecimal digits that follow from its content.
 std::string SurfaceId(const SurfaceView& surface);
+
+// One block's part of a mesh in the caller's memory: the columns of VolumePiece (ndmap/v1/mesh.proto), which
+// says what they hold. Whoever has a mesh makes the pieces; the library ndmap_core has what it takes
+// (core/mesh/mesh_piece.h).
+struct PieceView {
+  absl::Span<const std::array<double, 3>> points;
+  absl::Span<const uint8_t> kinds;
+  absl::Span<const uint32_t> corners;
+  absl::Span<const uint64_t> numbers;
+  absl::Span<const uint32_t> blocks;
+};
 
 // A cluster, seen through its coordinator. Cheap to copy; all its functions may be called from any thread.
 class Client {
@@ -61,6 +73,14 @@ class Client {
 
   // Starts to make a map; the job builds its initial hexahedra.
   absl::StatusOr<JobHandle> CreateMap(const v1::CreateMapRequest& request) const;
+  // The same of a mesh: sends the piece of every block to the server where the block will be, then starts the
+  // job, which makes the cells. `request` has the map's name, its number of blocks, the summary of the mesh,
+  // and maybe a surface; the rest of its `mesh` is filled in here. `piece` gives the piece of a block, which
+  // lies there until it is asked for the next one; `progress` is told how many blocks of how many have
+  // theirs. When it fails, no piece is left behind.
+  absl::StatusOr<JobHandle> CreateMapFromMesh(
+      v1::CreateMapRequest request, absl::FunctionRef<absl::StatusOr<PieceView>(uint32_t block)> piece,
+      const std::function<void(uint32_t, uint32_t)>& progress = nullptr) const;
   absl::StatusOr<std::vector<v1::Map>> ListMaps() const;
   // A handle with the map's present routing table.
   absl::StatusOr<MapHandle> OpenMap(const std::string& name) const;

@@ -16,12 +16,20 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import VTK_HEXAHEDRON, VTK_POLYHEDRON
+from vtkmodules.vtkCommonDataModel import VTK_HEXAHEDRON, VTK_POLYHEDRON, VTK_PYRAMID, VTK_TETRA, VTK_WEDGE
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader
 
-# The faces of a hexahedron, counter-clockwise seen from outside, by VTK's corner numbers.
-HEXAHEDRON_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+# The faces of cells, counter-clockwise seen from outside, by VTK's corner numbers.
+FACES = {
+    VTK_TETRA: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
+    VTK_PYRAMID: [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
+    # As VTK documents it: the first triangle is seen from outside.
+    VTK_WEDGE: [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
+    VTK_HEXAHEDRON: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
+}
+NAMES = {VTK_TETRA: "tetrahedra", VTK_PYRAMID: "pyramids", VTK_WEDGE: "prisms", VTK_HEXAHEDRON: "hexahedra",
+         VTK_POLYHEDRON: "polyhedra"}
 # Complaints are caught by check.read; standard error need not have them too.
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
 CELL_ARRAYS = ["block", "level", "state", "id"]
@@ -82,11 +90,13 @@ class Faces:
         types = vtk_to_numpy(grid.GetCellTypesArray())
         connectivity = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
         offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
-        hexahedra = np.flatnonzero(types == VTK_HEXAHEDRON)
-        corners = connectivity[offsets[hexahedra][:, None] + np.arange(8)]
-        quads = [corners[:, list(f)] for f in HEXAHEDRON_FACES]
-        if len(hexahedra):
-            self.by_size[4] = [(np.tile(hexahedra, 6), np.concatenate(quads))]
+        for kind, kind_faces in FACES.items():
+            cells = np.flatnonzero(types == kind)
+            if not len(cells):
+                continue
+            corners = connectivity[offsets[cells][:, None] + np.arange(1 + max(max(f) for f in kind_faces))]
+            for face in kind_faces:
+                self.by_size.setdefault(len(face), []).append((cells, corners[:, list(face)]))
         if grid.GetFaces() is not None:
             self._add_polyhedra(types, vtk_to_numpy(grid.GetFaces()), vtk_to_numpy(grid.GetFaceLocations()))
 
@@ -109,7 +119,7 @@ class Faces:
             yield np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 
 
-def check_volumes(check, grid, points, faces):
+def check_volumes(check, grid, points, faces, flat):
     number = grid.GetNumberOfCells()
     volumes = np.zeros(number)
     # About the middle of the box, so that nothing is lost to rounding far from the origin.
@@ -124,22 +134,22 @@ def check_volumes(check, grid, points, faces):
         check.error(f"{int((volumes <= 0).sum())} cells have no positive volume, first: cell {int(np.argmax(volumes <= 0))}")
 
     types = vtk_to_numpy(grid.GetCellTypesArray()) if number else np.zeros(0)
-    check.report["hexahedra"] = int((types == VTK_HEXAHEDRON).sum())
-    check.report["polyhedra"] = int((types == VTK_POLYHEDRON).sum())
-    if check.report["hexahedra"] + check.report["polyhedra"] != number:
-        check.error(f"cells of other types than hexahedron and polyhedron: {histogram(types)}")
+    for kind, name in NAMES.items():
+        check.report[name] = int((types == kind).sum())
+    if sum(check.report[name] for name in NAMES.values()) != number:
+        check.error(f"cells of other types than {', '.join(NAMES.values())}: {histogram(types)}")
     if check.report["hexahedra"]:
-        check_hexahedra(check, grid, types == VTK_HEXAHEDRON, volumes)
+        check_hexahedra(check, grid, types == VTK_HEXAHEDRON, volumes, flat)
 
 
-def check_hexahedra(check, grid, which, volumes):
+def check_hexahedra(check, grid, which, volumes, flat):
     """What VTK itself thinks of the hexahedra: volume as ours, every corner the right way round."""
     quality = vtkMeshQuality()
     quality.SetInputData(grid)
     quality.SetHexQualityMeasureToVolume()
     quality.Update()
     theirs = vtk_to_numpy(quality.GetOutput().GetCellData().GetArray("Quality"))[which]
-    if not np.allclose(theirs, volumes[which], rtol=1e-6, atol=0):
+    if flat and not np.allclose(theirs, volumes[which], rtol=1e-6, atol=0):
         check.error("volumes of hexahedra differ from those of vtkMeshQuality")
     quality.SetHexQualityMeasureToScaledJacobian()
     quality.Update()
@@ -227,7 +237,9 @@ def check_faces(check, ids, faces):
         check.error(f"{wrong} faces join more than two cells, or two that run it in the same direction")
 
 
-def check_export(path):
+def check_export(path, fits=False, flat=True):
+    """`fits`: cells that are no polyhedra fit face to face, too. `flat`: faces of hexahedra are flat, so that everybody
+    agrees on volumes."""
     check = Check()
     if not os.path.exists(path):
         check.error(f"{path}: no such file")
@@ -249,10 +261,10 @@ def check_export(path):
     if not np.isfinite(points).all():
         check.error("a coordinate is not finite")
     faces = Faces(grid) if report["cells"] else []
-    check_volumes(check, grid, points, faces)
+    check_volumes(check, grid, points, faces, flat)
     ids = check_ids(check, grid, points)
     check_pieces(check, path, grid)
-    if ids is not None and report["polyhedra"]:
+    if ids is not None and (report["polyhedra"] or fits):
         check_closed(check, faces)
         check_faces(check, ids, faces)
     return report
