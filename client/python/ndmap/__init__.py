@@ -43,7 +43,7 @@ from ndmap.errors import (
 from ndmap.export import Exported
 from ndmap.grid import Grid
 from ndmap.ids import CellId, CellIds
-from ndmap.info import MapInfo, ProcessStats, Server
+from ndmap.info import MapInfo, MeshSummary, ProcessStats, Server
 from ndmap.job import Job, JobProgress, JobResult, PhaseResult
 from ndmap.map import CheckResult, Map, Stats
 from ndmap.navigate import CellDetails
@@ -84,6 +84,7 @@ __all__ = [
     "JobResult",
     "Map",
     "MapInfo",
+    "MeshSummary",
     "MissingPackageError",
     "NdmapError",
     "NearestVertexAnchor",

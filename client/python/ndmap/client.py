@@ -2,6 +2,7 @@
 """A cluster, seen through its coordinator."""
 from __future__ import annotations
 
+import os
 from types import TracebackType
 from typing import Callable, Sequence
 
@@ -11,6 +12,7 @@ from ndmap.grid import DEFAULT_PADDING, Grid
 from ndmap.info import MapInfo, ProcessStats, Server
 from ndmap.job import Job, JobResult, ProgressCallback
 from ndmap.map import Map, fetch_info
+from ndmap.mesh_file import create_from_file
 from ndmap.options import ClientOptions
 from ndmap.surface import Surface, SurfaceLike, as_surface, upload
 from ndmap.v1 import common_pb2, coordinator_pb2
@@ -166,6 +168,36 @@ class Client:
         timeout = self._connection.options.transfer_timeout
         answer = self._connection.once(self._connection.coordinator.CreateMap, request, timeout=timeout)
         Job(self._connection, answer.job.job, progress).result()
+        return self.open_map(name)
+
+    def create_map_from_mesh(
+        self,
+        name: str,
+        mesh: str | os.PathLike[str],
+        *,
+        surface: str | os.PathLike[str] | None = None,
+        blocks: int = 4,
+        routing: str = "direct",
+        partition: str = "hilbert",
+        merge_points: bool = False,
+        allow_concave: bool = False,
+        program: str = "ndmap",
+    ) -> Map:
+        """Makes a map whose initial cells are those of a volume mesh (VTU, Gmsh 2 or 4.1, Medit, MFEM), and returns when
+        they are there. The file is read, checked, glued and cut by the program `ndmap`, found on the PATH or named by
+        `program`: MissingPackageError without it, InvalidArgumentError with its sentence when it refuses.
+
+        Partitions: hilbert, morton, metis. `surface` is a closed surface's file, for the oracle "surface" and for trim.
+        `merge_points` makes points of equal coordinates one; `allow_concave` takes cells with a corner turned inside out.
+        """
+        if routing not in ROUTINGS:
+            raise InvalidArgumentError(f"routing '{routing}' is none of {', '.join(ROUTINGS)}")
+        options = [f"--blocks={blocks}", f"--routing={routing}", f"--partition={partition}"]
+        if surface is not None:
+            options.append(f"--surface={os.fspath(surface)}")
+        options += ["--merge-points"] * merge_points + ["--allow-concave"] * allow_concave
+        timeout = self._connection.options.transfer_timeout
+        create_from_file(program, self._connection.target, name, mesh, options, timeout)
         return self.open_map(name)
 
     def delete_map(self, name: str) -> None:

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that vertices and hexahedra have in exported files: places in the finest lattice of the grid whose numbers fit
-in 64 bits (docs/decisions/0006), from ids alone."""
+"""Numbers that vertices and 3-cells have in exported files (docs/decisions/0006), from ids alone: in a map made from a grid
+places in the finest lattice of it whose numbers fit in 64 bits, in one made from a mesh places in the lattices of its cells."""
 from __future__ import annotations
 
 import numpy as np
 
 from ndmap.grid import Grid
 from ndmap.ids import MAX_LEVEL, CellIds
+from ndmap.info import MapInfo
 
+# Places of corners of a cell that is no hexahedron.
+_RANKS = 8
 _LOW = np.uint64((1 << 30) - 1)
 
 
@@ -49,8 +52,52 @@ class _Paths:
         return result
 
 
+def finest_mesh_level(cells: int) -> int:
+    """Of the lattice of a cell, in a mesh of so many."""
+    for level in range(MAX_LEVEL):
+        if ((2.0 ** (level + 1) + 1.0) ** 3 + _RANKS) * cells >= 2.0**62:
+            return level
+    return MAX_LEVEL
+
+
+def mesh_file_numbers(ids: CellIds, cells: int) -> np.ndarray:
+    """Of vertices, or of 3-cells, in a map made from a mesh of so many cells: int64, in their order."""
+    finest = finest_mesh_level(cells)
+    along = (1 << finest) + 1
+    initial = (ids.hi >> np.uint64(30)).astype(np.int64)
+    result = np.empty(len(ids), np.int64)
+    sentinels = _Paths(ids).sentinels()
+    for sentinel in np.unique(sentinels).tolist():
+        rows = np.flatnonzero(sentinels == sentinel)
+        paths, number = _Paths(ids[rows]), initial[rows]
+        if sentinel % 3 == 1:
+            result[rows] = number * (along**3 + _RANKS) + along**3 + paths.bits(0, 8)
+            continue
+        below = 5 if sentinel % 3 == 2 else 0
+        level = (sentinel - below) // 3
+        at, path = [np.zeros(len(rows), np.int64) for _ in range(3)], number
+        for digit in (paths.bits(below + 3 * k, 3) for k in reversed(range(level))):
+            path = 8 * path + digit
+            at = [2 * each + (digit >> axis & 1) for axis, each in enumerate(at)]
+        if below:
+            part = paths.bits(0, 5)
+            x, y, z = ((each + part // 3**axis % 3) << (finest - level) for axis, each in enumerate(at))
+            result[rows] = number * (along**3 + _RANKS) + x + along * (y + along * z)
+        else:
+            result[rows] = path << 3 * (finest - level)
+    return result
+
+
+def numbers_of(ids: CellIds, info: MapInfo) -> np.ndarray:
+    """Of vertices, or of 3-cells, of a map: int64, in their order."""
+    if info.mesh is not None:
+        return mesh_file_numbers(ids, info.mesh.cells)
+    assert info.grid is not None
+    return file_numbers(ids, info.grid)
+
+
 def file_numbers(ids: CellIds, grid: Grid) -> np.ndarray:
-    """Of vertices, or of hexahedra: int64, in their order."""
+    """Of vertices, or of hexahedra, in a map made from a grid: int64, in their order."""
     finest = finest_level(grid)
     nx, ny, _ = grid.cells
     initial = (ids.hi >> np.uint64(30)).astype(np.int64)

@@ -159,7 +159,7 @@ class CellId:
     def parent(self) -> CellId | None:
         """Of a hexahedron, the one that it is an eighth of; None of an initial one. InvalidArgumentError of others."""
         if self._sentinel % 3 != 0:
-            raise InvalidArgumentError(f"{self} is no hexahedron of a grid: it has no parent")
+            raise InvalidArgumentError(f"{self} is no 3-cell: it has no parent")
         return CellId._of(self.initial, self._path >> 3) if self.level else None
 
     def __str__(self) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ndmap.attributes import Attribute
 from ndmap.errors import NotFoundError
 from ndmap.grid import Grid
-from ndmap.v1 import common_pb2, coordinator_pb2
+from ndmap.ids import MAX_LEVEL
+from ndmap.v1 import common_pb2, coordinator_pb2, mesh_pb2
 
 
 def state_name(name: str) -> str:
@@ -67,6 +70,39 @@ class ProcessStats:
 
 
 @dataclass(frozen=True)
+class MeshSummary:
+    """The mesh that a map was made from."""
+
+    # Of the file.
+    name: str
+    tetrahedra: int
+    pyramids: int
+    prisms: int
+    hexahedra: int
+    points: int
+    # The box of its points; None if whoever sent it did not say.
+    box: tuple[tuple[float, ...], tuple[float, ...]] | None
+
+    @property
+    def cells(self) -> int:
+        """Of all kinds."""
+        return self.tetrahedra + self.pyramids + self.prisms + self.hexahedra
+
+    @classmethod
+    def from_proto(cls, mesh: mesh_pb2.MeshSummary) -> MeshSummary:
+        """What the message says."""
+        return cls(
+            name=mesh.name,
+            tetrahedra=mesh.tetrahedra,
+            pyramids=mesh.pyramids,
+            prisms=mesh.prisms,
+            hexahedra=mesh.hexahedra,
+            points=mesh.points,
+            box=(tuple(mesh.lo), tuple(mesh.hi)) if len(mesh.lo) == len(mesh.hi) == 3 else None,
+        )
+
+
+@dataclass(frozen=True)
 class MapInfo:
     """A map as it was when the coordinator was asked."""
 
@@ -78,6 +114,7 @@ class MapInfo:
     # "direct" or "broadcast".
     routing: str
     partition: str
+    # None of a map that was made from a mesh.
     grid: Grid | None
     # Empty of a map without a surface.
     surface_id: str
@@ -86,6 +123,8 @@ class MapInfo:
     addresses: dict[int, str] = field(repr=False)
     # Of its cells.
     attributes: tuple[Attribute, ...] = ()
+    # None of a map that was made from a grid.
+    mesh: MeshSummary | None = None
 
     @classmethod
     def from_proto(cls, info: coordinator_pb2.Map) -> MapInfo:
@@ -102,6 +141,7 @@ class MapInfo:
             running_jobs=tuple(info.running_jobs),
             addresses={placement.block: placement.address for placement in info.blocks},
             attributes=tuple(Attribute.from_proto(attribute) for attribute in info.attributes),
+            mesh=MeshSummary.from_proto(info.mesh) if info.HasField("mesh") else None,
         )
 
     def address_of(self, block: int) -> str:
@@ -109,6 +149,17 @@ class MapInfo:
         if block not in self.addresses:
             raise NotFoundError(f"map '{self.name}' has no block {block}, it has {self.block_count} blocks")
         return self.addresses[block]
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Low and high corner of the initial cells, and a size that none of any level is below; None if not known."""
+        if self.grid is not None:
+            lo, hi, along = np.array(self.grid.lo), np.array(self.grid.hi), np.array(self.grid.cells)
+        elif self.mesh is not None and self.mesh.box is not None:
+            lo, hi = np.array(self.mesh.box[0]), np.array(self.mesh.box[1])
+            along = np.full(3, float(self.mesh.cells))
+        else:
+            return None
+        return lo, hi, (hi - lo) / along / 2**MAX_LEVEL
 
     def servers(self) -> list[str]:
         """The addresses of the servers that hold a block, each once."""

@@ -109,7 +109,9 @@ class Map(MapAttributes):
         self._info = info
 
     def __repr__(self) -> str:
-        return f"Map({self.name!r}: grid {self._info.grid}, {self._info.block_count} blocks)"
+        mesh = self._info.mesh
+        made_from = f"grid {self._info.grid}" if mesh is None else f"mesh {mesh.name!r} of {mesh.cells} cells"
+        return f"Map({self.name!r}: {made_from}, {self._info.block_count} blocks)"
 
     @property
     def name(self) -> str:
@@ -323,7 +325,7 @@ class Map(MapAttributes):
         return mesh.to_vtk(self._connection, self._info, cells, attributes)
 
     def to_meshio(self, attributes: Iterable[str] | None = None) -> meshio.Mesh:
-        """The mesh as a meshio.Mesh: points, hexahedra, point data "id", cell data "block", "level", "state", "id", and
+        """The mesh as a meshio.Mesh: points, hexahedra (and cells of other kinds, kind by kind), point data "id", cell data "block", "level", "state", "id", and
         the attributes of vertices and hexahedra, or those that are named. Categories are numbers, whose texts are in
         info["categories"]. AbortedError if the map was changed meanwhile. Needs python3-meshio."""
         return mesh.to_meshio(self._connection, self._info, attributes)

@@ -13,7 +13,7 @@ from ndmap.attributes import Attribute, fetch_attributes
 from ndmap.connection import Connection
 from ndmap.errors import AbortedError, InvalidArgumentError, MissingPackageError, NotFoundError
 from ndmap.export import check_cells, export
-from ndmap.file_numbers import file_numbers
+from ndmap.file_numbers import numbers_of
 from ndmap.info import MapInfo
 from ndmap.values import Columns, Values, Where
 
@@ -48,9 +48,8 @@ class _Fields:
         names = tuple(each.name for each in self._wanted if each.on == on)
         if not names:
             return {}
-        assert self._info.grid is not None
         values = Columns(self._connection, self._info).read(names, on, Where(), False)
-        there = file_numbers(values.ids, self._info.grid)
+        there = numbers_of(values.ids, self._info)
         order = np.argsort(there)
         places = np.searchsorted(there, numbers, sorter=order)
         if len(there) == 0 or not np.array_equal(there[order[np.minimum(places, len(there) - 1)]], numbers):
@@ -102,7 +101,7 @@ def to_vtk(connection: Connection, info: MapInfo, cells: str, attributes: Iterab
 
 
 def to_meshio(connection: Connection, info: MapInfo, attributes: Iterable[str] | None) -> Any:
-    """Map.to_meshio. Points are in the order of their ids, cells piece after piece."""
+    """Map.to_meshio. Points are in the order of their ids, cells kind by kind, of each piece after piece."""
     meshio = _import("meshio", "python3-meshio", "to_meshio()")
     vtu = _import("meshio.vtu", "python3-meshio", "to_meshio()")
     fields = _Fields(connection, info, attributes)
@@ -114,24 +113,31 @@ def to_meshio(connection: Connection, info: MapInfo, attributes: Iterable[str] |
     ids, first, place = np.unique(
         np.concatenate([piece.point_data["id"] for piece in pieces]), return_index=True, return_inverse=True
     )
-    cells, at = [], 0
+    cells: dict[str, list[np.ndarray]] = {}
+    at = 0
     for piece in pieces:
         for block in piece.cells:
-            cells.append(place[at + block.data])
+            cells.setdefault(block.type, []).append(place[at + block.data])
         at += len(piece.points)
 
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([part for piece in pieces for part in piece.cell_data[name]])
+    def column(name: str) -> list[np.ndarray]:
+        """By kind."""
+        parts: dict[str, list[np.ndarray]] = {kind: [] for kind in cells}
+        for piece in pieces:
+            for block, part in zip(piece.cells, piece.cell_data[name]):
+                parts[block.type].append(part)
+        return [np.concatenate(each) for each in parts.values()]
 
-    on_points, on_cells = fields.of("vertices", ids), fields.of("hexahedra", column("id"))
+    ends = np.cumsum([sum(map(len, each)) for each in cells.values()])[:-1]
+    on_points, on_cells = fields.of("vertices", ids), fields.of("hexahedra", np.concatenate(column("id")))
     texts = {name: each.categories for name, each in {**on_points, **on_cells}.items() if each.categories is not None}
     return meshio.Mesh(
         np.concatenate([piece.points for piece in pieces])[first],
-        [("hexahedron", np.concatenate(cells))],
+        [(kind, np.concatenate(each)) for kind, each in cells.items()],
         point_data={"id": ids, **{name: each.data for name, each in on_points.items()}},
         cell_data={
-            **{name: [column(name)] for name in pieces[0].cell_data},
-            **{name: [each.data] for name, each in on_cells.items()},
+            **{name: column(name) for name in pieces[0].cell_data},
+            **{name: np.split(each.data, ends) for name, each in on_cells.items()},
         },
         info={"categories": texts} if texts else None,
     )

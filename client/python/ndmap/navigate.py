@@ -33,7 +33,7 @@ from ndmap.errors import (
     ResourceExhaustedError,
     StaleDartError,
 )
-from ndmap.ids import DTYPE, MAX_LEVEL, CellId, CellIdLike, CellIds, to_cell_id
+from ndmap.ids import DTYPE, CellId, CellIdLike, CellIds, to_cell_id
 from ndmap.info import MapInfo
 from ndmap.stats import block_stats
 from ndmap.v1 import navigate_pb2 as pb
@@ -55,11 +55,14 @@ class CellDetails:
     dimension: int
     # Of its id: how often its initial cell was halved.
     level: int
-    # Of a hexahedron: "inside", "cut", "outside" or "unknown".
+    # Of a 3-cell: "hexahedron", or in a map made from a mesh also "prism", "pyramid" or "tetrahedron"; "" of others.
+    kind: str
+    # Of a 3-cell: "inside", "cut", "outside" or "unknown".
     state: str
     # Its canonical dart: the same place whatever the blocks.
     dart: Dart
-    # Of an edge both ends, of a face in its order (hanging ones included), of a hexahedron the corners 0 ... 7.
+    # Of an edge both ends, of a face in its order (hanging ones included), of a hexahedron the corners 0 ... 7,
+    # of another 3-cell its corners.
     vertices: CellIds
     # A row a vertex, n x 3 doubles.
     points: np.ndarray
@@ -78,6 +81,7 @@ class CellDetails:
             id=CellId(cell.id.hi, cell.id.lo),
             dimension=cell.dimension,
             level=cell.level,
+            kind=cell.kind,
             state=cell.state,
             dart=Dart(map_name, block, cell.dart.dart, cell.dart.version or versions.get(block, 0)),
             vertices=CellIds.from_words((v.hi for v in cell.vertices), (v.lo for v in cell.vertices)),
@@ -115,7 +119,7 @@ class Navigator:
         try:
             return self._connection.retry(lambda: self._connection.guarded(read, server_name(address)))
         except FailedPreconditionError as error:
-            if self._info.grid is None or not _names_version(request):
+            if (self._info.grid is None and self._info.mesh is None) or not _names_version(request):
                 raise
             raise StaleDartError(str(error)) from None
 
@@ -205,9 +209,10 @@ class Navigator:
         try:
             return self._steadily(by_block)
         except ResourceExhaustedError:
-            if self._info.grid is None:
+            extent = self._info.extent()
+            if extent is None:
                 raise
-        lo, hi = np.array(self._info.grid.lo), np.array(self._info.grid.hi)
+        lo, hi, _ = extent
         return self._steadily(lambda: self._in_boxes(lo, hi, "3", dimension, max_darts))
 
     def box(self, lo: PointLike, hi: PointLike, max_darts: int) -> CellIds:
@@ -215,10 +220,11 @@ class Navigator:
         try:
             return self.ids(BoxAnchor(lo, hi), "", 3, max_darts=max_darts)
         except ResourceExhaustedError:
-            if self._info.grid is None:
+            extent = self._info.extent()
+            if extent is None:
                 raise
         # Halving what is outside the mesh leads nowhere; the last corners may be off the grid's box by a rounding.
-        least, most = np.array(self._info.grid.lo), np.array(self._info.grid.hi)
+        least, most, _ = extent
         margin = (most - least) * 0.001
         low, high = np.maximum(to_point(lo), least - margin), np.minimum(to_point(hi), most + margin)
         return self._steadily(lambda: self._in_boxes(low, high, "", 3, max_darts))
@@ -231,9 +237,9 @@ class Navigator:
             yield self.ids(BoxAnchor(lo, hi), close, dimension, max_darts=max_darts)
             return
         except ResourceExhaustedError:
-            assert self._info.grid is not None
-            grid = self._info.grid
-            smallest = (np.array(grid.hi) - np.array(grid.lo)) / np.array(grid.cells) / 2**MAX_LEVEL
+            extent = self._info.extent()
+            assert extent is not None
+            _, _, smallest = extent
             axis = int(np.argmax((hi - lo) / smallest))
             # One hexahedron alone is over the limit.
             if hi[axis] - lo[axis] < smallest[axis]:
