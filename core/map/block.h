@@ -20,26 +20,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
-#include "absl/container/flat_hash_map.h"
-#include "absl/container/flat_hash_set.h"
 #include "core/map/dart_index.h"
 #include "core/map/ids.h"
+#include "core/map/label_table.h"
 #include "core/map/map_types.h"
 
 namespace ndmap {
-
-// What a critical dart knows of its partner.
-struct Critical {
-  Label label;
-  // The partner's block; none with broadcast routing.
-  BlockId peer;
-  // The sign of its (n-1)-cell: the same on all darts of the cell in this block, opposite on their partners.
-  bool positive = false;
-
-  friend bool operator==(const Critical&, const Critical&) = default;
-};
 
 template <class Types_>
 class Block {
@@ -60,41 +47,34 @@ class Block {
   // Constant time: one mark.
   bool IsCritical(Dart d) const { return map_.is_marked(d, mark_); }
   // Of a critical dart. O(1) expected.
-  const Critical& critical(Dart d) const { return critical_.find(IndexOf(map_, d))->second; }
+  Critical critical(Dart d) const { return labels_.Of(d).critical(); }
   // The dart with this label; null if there is none. O(1) expected.
   Dart Find(const Label& label) const {
-    auto it = darts_.find(label);
-    return it == darts_.end() ? Dart(Lcc::null_handle) : it->second;
+    const auto* row = labels_.Find(label);
+    return row == nullptr ? Dart(Lcc::null_handle) : row->dart;
   }
   // Makes d critical. d is n-free and not critical, the label is not in use here.
   void SetCritical(Dart d, const Critical& c) {
     map_.mark(d, mark_);
-    critical_.emplace(IndexOf(map_, d), c);
-    darts_.emplace(c.label, d);
+    labels_.Insert(d, c);
   }
   // Gives a critical dart another label, which is not in use here.
-  void Relabel(Dart d, const Label& label) {
-    Critical& c = critical_.find(IndexOf(map_, d))->second;
-    darts_.erase(c.label);
-    c.label = label;
-    darts_.emplace(label, d);
-  }
+  void Relabel(Dart d, const Label& label) { labels_.Relabel(d, label); }
   // Makes a critical dart an ordinary n-free one: a boundary of the map.
   void ClearCritical(Dart d) {
-    auto it = critical_.find(IndexOf(map_, d));
-    darts_.erase(it->second.label);
-    critical_.erase(it);
+    labels_.Erase(d);
     map_.unmark(d, mark_);
   }
   // Erases everything.
   void Clear() {
-    critical_.clear();
-    darts_.clear();
+    labels_.Clear();
     map_.clear();
     Touch();
   }
-  size_t critical_count() const { return critical_.size(); }
-  const absl::flat_hash_map<Label, Dart>& labels() const { return darts_; }
+  size_t critical_count() const { return labels_.rows().size(); }
+  // The critical darts, each with its `label` and `dart`, in no order that means anything.
+  using Labels = typename LabelTable<Dart>::Rows;
+  const Labels& labels() const { return labels_.rows(); }
 
   // Raised by every change and never used twice: a dart reference made at another version is stale.
   uint64_t version() const { return version_; }
@@ -103,19 +83,15 @@ class Block {
   void set_version(uint64_t version) { version_ = version; }
 
   // Bytes that the block's content takes, tables included: what a memory limit is compared with. O(1).
-  size_t AccountedBytes() const {
-    constexpr size_t kCriticalBytes =
-        sizeof(std::pair<DartIndex, Critical>) + sizeof(std::pair<Label, Dart>) + 2;
-    // Hash tables are between 7/16 and 7/8 full.
-    return AllocatedBytes(map_) + critical_.size() * kCriticalBytes * 3 / 2;
-  }
+  size_t AccountedBytes() const { return AllocatedBytes(map_) + labels_.allocated_bytes(); }
+  // The same by part: MemoryOf (core/map/memory.h).
+  const LabelTable<Dart>& label_table() const { return labels_; }
 
  private:
   BlockId id_;
   Lcc map_;
   typename Lcc::size_type mark_ = map_.get_new_mark();
-  absl::flat_hash_map<DartIndex, Critical> critical_;
-  absl::flat_hash_map<Label, Dart> darts_;
+  LabelTable<Dart> labels_;
   uint64_t version_ = 1;
 };
 

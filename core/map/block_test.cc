@@ -98,7 +98,7 @@ class DistributedMapTest : public testing::Test {
     for (auto& b : blocks) {
       if (b->labels().empty()) continue;
       *block = b.get();
-      *dart = b->labels().begin()->second;
+      *dart = b->labels().begin()->dart;
       return true;
     }
     return false;

@@ -30,6 +30,25 @@ struct AddAttributeBytes {
     bytes += ContainerBytes(lcc.template attributes<i>());
   }
 };
+
+template <class Container>
+constexpr size_t ElementBytes(const Container&) {
+  if constexpr (requires { Container::kDartBytes; }) {
+    return Container::kDartBytes;
+  } else {
+    return sizeof(typename Container::value_type);
+  }
+}
+
+// Rows of a container that elements have or had, which ContainerBytes counts.
+template <class Container>
+size_t RowsOf(const Container& container) {
+  if constexpr (requires { container.rows(); }) {
+    return container.rows();
+  } else {
+    return container.capacity();
+  }
+}
 }  // namespace internal
 
 // The index of a dart of the map; none for the null handle and the null dart. O(1) in flat storage; in CGAL's

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The storage of CGAL's linear cell complex for maps whose Items are MapItems<n, kSlots, true>: darts in
-// columns of 32-bit indices, attributes in chunks at stable addresses (core/map/flat_containers.h). A dart of
-// a 3-map takes 26 bytes with the attributes of vertices and volumes (measured: 26.0 resident, 64.3 with
-// CGAL's own storage), each slot 4 more. CGAL's operations work on it, with these differences from CGAL's own
-// storage:
+// columns of 32-bit numbers (core/map/flat_darts.h), attributes in chunks at stable addresses (flat_pool.h)
+// with 8 bytes of their own beside what they carry (flat_attributes.h). A dart of a 3-map takes 20 bytes with
+// the attributes of vertices and volumes (64.3 with CGAL's own storage), each slot 4 more. CGAL's operations
+// work on it, with these differences from CGAL's own storage:
 // - handles of darts and attributes are 4 bytes and cannot be dereferenced: ask the map
-// (info_of_attribute<i>(a),
-//   point_of_vertex_attribute(v), …), which works for both storages; hence CGAL's XML reader does not
-//   compile;
+//   (info_of_attribute<i>(a), point_of_vertex_attribute(v), ...), which works for both storages; hence CGAL's
+//   XML reader does not compile;
 // - const handles are the same type as handles;
 // - darts and attributes are walked in the order of their indices, and elements added meanwhile may be met;
-// - 16 marks, so a copy into a map of CGAL's storage, which has 32, must be made without marks: CGAL asks the
-//   source for all 32; at most 2^31 darts; std::bad_alloc when memory or indices run out, with the map
-//   unchanged.
+// - beta_0 is not stored: it costs a walk around the face, and so do CGAL's links and unlinks by beta_0 and
+//   beta_1 (core/map/link.h for those that may be cheaper);
+// - 12 marks, so a copy into a map of CGAL's storage, which has 32, must be made without marks: CGAL asks the
+//   source for all 32;
+// - fewer than 2^29 darts and as many attributes of a kind, and 2^24 darts at a vertex; std::bad_alloc when
+//   memory or indices run out, with the map unchanged.
 // The index of a dart is stable until the dart is erased; then it is given to a later dart.
 #pragma once
 
@@ -26,8 +28,9 @@
 #include <tuple>
 #include <type_traits>
 
-#include "core/map/flat_containers.h"
+#include "core/map/flat_darts.h"
 #include "core/map/flat_handle.h"
+#include "core/map/flat_pool.h"
 
 namespace ndmap::internal {
 
@@ -71,7 +74,7 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
   using Use_index = Tag_false;  // with Tag_true CGAL would give all attributes the type of dart handles
   using Hash_function = Handle_hash_function;
   using size_type = std::size_t;
-  static const size_type NB_MARKS = 16;
+  static const size_type NB_MARKS = 12;
   static const unsigned int dimension = d_;
 
   using Dart_handle = ndmap::FlatDart;
@@ -109,6 +112,7 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
 
   using Dart_container = ndmap::internal::FlatDarts<d_, Helper::nb_attribs>;
   using Dart = typename Dart_container::value_type;
+  static_assert(NB_MARKS == Dart_container::kMarks);
 
   void init_storage() { null_dart_handle = mdarts.MakeNullDart(); }
 
@@ -123,7 +127,7 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
 
   void set_dart_marks(Dart_const_handle dart, const std::bitset<NB_MARKS>& marks) const {
     CGAL_assertion(dart != nullptr);
-    mdarts.marks(dart) = static_cast<uint16_t>(marks.to_ulong());
+    mdarts.set_marks(dart, marks);
   }
   std::bitset<NB_MARKS> get_dart_marks(Dart_const_handle dart) const {
     CGAL_assertion(dart != nullptr);
@@ -131,14 +135,14 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
   }
   bool get_dart_mark(Dart_const_handle dart, size_type mark) const {
     CGAL_assertion(dart != nullptr && mark < NB_MARKS);
-    return ((mdarts.marks(dart) >> mark) & 1) != 0;
+    return mdarts.mark(dart, mark);
   }
   void set_dart_mark(Dart_const_handle dart, size_type mark, bool value) const {
     if (get_dart_mark(dart, mark) != value) flip_dart_mark(dart, mark);
   }
   void flip_dart_mark(Dart_const_handle dart, size_type mark) const {
     CGAL_assertion(dart != nullptr && mark < NB_MARKS);
-    mdarts.marks(dart) ^= static_cast<uint16_t>(1u << mark);
+    mdarts.flip_mark(dart, mark);
   }
 
   Dart_handle get_beta(Dart_const_handle dart, int i) const {
@@ -174,7 +178,7 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
   }
   template <unsigned int i>
   void init_attribute_ref_counting(typename Attribute_handle<i>::type attribute) {
-    get_attribute<i>(attribute).mrefcounting = 0;
+    get_attribute<i>(attribute).reset_nb_refs();
   }
   template <unsigned int i>
   void inc_attribute_ref_counting(typename Attribute_handle<i>::type attribute) {
@@ -231,6 +235,12 @@ class CMap_linear_cell_complex_storage_1<d_, ambient_dim, Traits_, ndmap::intern
   }
   const Point& point_of_vertex_attribute(Vertex_attribute_const_handle vertex) const {
     return get_attribute<0>(vertex).point();
+  }
+
+  // basic_link_beta_1 for whoever closes all faces that he opens before beta_0 is asked for: core/map/link.h.
+  void LinkInClosedFaces(Dart_handle dart, Dart_handle to) {
+    CGAL_assertion(dart != nullptr && to != nullptr && dart != null_dart_handle && to != null_dart_handle);
+    mdarts.LinkInClosedFaces(dart, to);
   }
 
   void display_dart(Dart_const_handle dart) const { std::cout << dart.index; }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <new>
+#include <random>
 #include <vector>
 
 #include "absl/hash/hash_testing.h"
@@ -91,7 +92,7 @@ TYPED_TEST(FlatStorageTest, ManyDartsGrowTheMapAndClearGivesTheMemoryBack) {
   unsigned length = 1;
   for (auto d = first; !map.template is_free<1>(d); d = map.template beta<1>(d)) ++length;
   EXPECT_EQ(length, kDarts);
-  EXPECT_GT(AllocatedBytes(map), empty + kDarts * (4 * (TypeParam::n + 2) + 2 + sizeof(*address)));
+  EXPECT_GT(AllocatedBytes(map), empty + kDarts * (4 * (TypeParam::n + 2) + sizeof(*address)));
   map.clear();
   EXPECT_EQ(AllocatedBytes(map), empty);
   EXPECT_TRUE(map.is_empty());
@@ -111,6 +112,91 @@ TYPED_TEST(FlatStorageTest, WalkingGoesOnWhileDartsAreMadeAndErased) {
   }
   EXPECT_EQ(walked, 100);
   EXPECT_EQ(map.number_of_darts(), 50u);
+}
+
+// beta_0 is no column: it must be right in faces that are closed, open, opened and closed again.
+TYPED_TEST(FlatStorageTest, BetaZeroIsFoundWhateverIsLinkedAndUnlinked) {
+  typename TypeParam::Flat::Lcc map;
+  typename TypeParam::Cgal::Lcc reference;
+  constexpr int kDarts = 40;
+  std::vector<typename TypeParam::Flat::Dart> darts;
+  std::vector<typename TypeParam::Cgal::Dart> theirs;
+  for (int i = 0; i < kDarts; ++i) {
+    darts.push_back(map.create_dart());
+    theirs.push_back(reference.create_dart());
+  }
+  std::mt19937 random(TypeParam::n);
+  int closed = 0;
+  for (int step = 0; step < 4000; ++step) {
+    const auto x = random() % kDarts, y = random() % kDarts;
+    if (map.template is_free<1>(darts[x]) && map.template is_free<0>(darts[y])) {
+      map.template link_beta<1>(darts[x], darts[y]);
+      reference.template link_beta<1>(theirs[x], theirs[y]);
+    } else if (random() % 3 == 0 && !map.template is_free<0>(darts[x])) {
+      map.template unlink_beta<0>(darts[x]);
+      reference.template unlink_beta<0>(theirs[x]);
+    } else if (random() % 3 == 0 && !map.template is_free<1>(darts[x])) {
+      // Another dart is put behind x, as when an edge is split.
+      const auto d = map.create_dart();
+      const auto t = reference.create_dart();
+      map.basic_link_beta_1(d, map.template beta<1>(darts[x]));
+      map.basic_link_beta_1(darts[x], d);
+      reference.basic_link_beta_1(t, reference.template beta<1>(theirs[x]));
+      reference.basic_link_beta_1(theirs[x], t);
+      // And taken out again.
+      map.basic_link_beta_1(darts[x], map.template beta<1>(d));
+      reference.basic_link_beta_1(theirs[x], reference.template beta<1>(t));
+      map.erase_dart(d);
+      reference.erase_dart(t);
+    }
+    for (int i = 0; i < kDarts; ++i) {
+      const auto before = map.template beta<0>(darts[i]);
+      const auto expected = reference.template beta<0>(theirs[i]);
+      ASSERT_EQ(before == map.null_dart_handle, expected == reference.null_dart_handle) << step;
+      if (before == map.null_dart_handle) continue;
+      ASSERT_TRUE(map.template beta<1>(before) == darts[i]) << step;
+      closed += map.template beta<0, 1>(darts[i]) == darts[i];
+    }
+  }
+  EXPECT_GT(closed, 1000);
+}
+
+TYPED_TEST(FlatStorageTest, BetaZeroTakesNoMemoryWhereFacesAreClosed) {
+  typename TypeParam::Flat::Lcc map;
+  const auto d = map.make_combinatorial_hexahedron();
+  EXPECT_EQ(map.darts().exceptions(), 0u);
+  map.template unlink_beta<1>(d);
+  EXPECT_GT(map.darts().exceptions(), 0u);
+  EXPECT_TRUE(map.template is_free<1>(d));
+}
+
+TYPED_TEST(FlatStorageTest, MarksAndLinksAndAttributesOfADartDoNotTouchEachOther) {
+  typename TypeParam::Flat::Lcc map;
+  const auto d = map.create_dart();
+  const auto e = map.create_dart();
+  std::vector<size_t> marks;
+  for (size_t i = 0; i < TypeParam::Flat::Lcc::NB_MARKS; ++i) marks.push_back(map.get_new_mark());
+  EXPECT_ANY_THROW(map.get_new_mark());
+  const auto vertex = map.create_vertex_attribute();
+  for (const size_t mark : marks) {
+    map.mark(d, mark);
+    map.template basic_link_beta<1>(d, e);
+    map.template basic_link_beta_for_involution<2>(d, e);
+    map.template set_dart_attribute<0>(d, vertex);
+    for (const size_t other : marks) {
+      EXPECT_EQ(map.is_marked(d, other), other <= mark);
+      EXPECT_FALSE(map.is_marked(e, other));
+    }
+    EXPECT_TRUE(map.template beta<1>(d) == e);
+    EXPECT_TRUE(map.template beta<2>(e) == d);
+    EXPECT_TRUE(map.template attribute<0>(d) == vertex);
+    EXPECT_TRUE(map.template attribute<0>(e) == nullptr);
+  }
+  EXPECT_EQ(map.get_dart_marks(d).count(), marks.size());
+  for (const size_t mark : marks) map.unmark(d, mark);
+  EXPECT_TRUE(map.template beta<1>(d) == e);
+  map.erase_dart(e);
+  EXPECT_TRUE(map.is_marked(map.create_dart(), marks[0]) == false);
 }
 
 // What CGAL offers beside the operations that flat_storage_random_test.cc compares.

@@ -84,13 +84,14 @@ absl::Status Gather(const std::vector<std::unique_ptr<Block<Types>>>& blocks, Bl
   size_t labels = 0;
   for (const auto& block : blocks) {
     copies.push_back(internal::CopyDarts<Types>(block->map(), to, [](Dart) { return true; }));
-    for (const auto& [label, d] : block->labels()) {
+    for (const auto& row : block->labels()) {
       ++labels;
-      const Dart c = copies.back().find(d)->second;
-      const auto [it, first] = open.emplace(label, c);
+      const Dart c = copies.back().find(row.dart)->second;
+      const auto [it, first] = open.emplace(row.label, c);
       if (first) continue;
       if (!to.template is_free<Types::n>(it->second)) {
-        return absl::InternalError(absl::StrCat("label ", ToString(label), " is on three critical darts"));
+        return absl::InternalError(
+            absl::StrCat("label ", ToString(row.label), " is on three critical darts"));
       }
       to.template basic_link_beta_for_involution<Types::n>(it->second, c);
     }

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "core/map/flat_attributes.h"
 #include "core/map/flat_storage.h"
 #include "core/map/ids.h"
 #include "core/mesh/volume_mesh.h"
@@ -57,29 +58,35 @@ struct AttributeSlot {
 
 namespace internal {
 
-// Attributes of an n-map: points on vertices, CellInfo on n-cells, and between them slots or nothing.
-template <unsigned n, bool kSlots, class Refs>
-struct AttributeTuple;
+// The attributes of one kind of storage: CGAL's, or the smaller ones that flat storage has instead.
+template <class Refs, bool kFlat>
+struct AttributeKinds {
+  using Vertex = CGAL::Cell_attribute_with_point<Refs, VertexInfo>;
+  using Slot = CGAL::Cell_attribute<Refs, AttributeSlot, CGAL::Tag_true>;
+  using Cell = CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>;
+};
+template <class Refs>
+struct AttributeKinds<Refs, true> {
+  using Vertex = FlatVertex<Refs, VertexInfo>;
+  using Slot = FlatAttribute<Refs, AttributeSlot>;
+  using Cell = FlatAttribute<Refs, CellInfo<Refs>>;
+};
 
-#define NDMAP_SLOT(Refs) \
-  std::conditional_t<kSlots, CGAL::Cell_attribute<Refs, AttributeSlot, CGAL::Tag_true>, void>
-template <bool kSlots, class Refs>
-struct AttributeTuple<2, kSlots, Refs> {
-  using type = std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs),
-                          CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
+// Attributes of an n-map: points on vertices, CellInfo on n-cells, and between them slots or nothing.
+template <unsigned n, class Slot, class Kinds>
+struct AttributeTuple;
+template <class Slot, class Kinds>
+struct AttributeTuple<2, Slot, Kinds> {
+  using type = std::tuple<typename Kinds::Vertex, Slot, typename Kinds::Cell>;
 };
-template <bool kSlots, class Refs>
-struct AttributeTuple<3, kSlots, Refs> {
-  using type = std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs),
-                          NDMAP_SLOT(Refs), CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
+template <class Slot, class Kinds>
+struct AttributeTuple<3, Slot, Kinds> {
+  using type = std::tuple<typename Kinds::Vertex, Slot, Slot, typename Kinds::Cell>;
 };
-template <bool kSlots, class Refs>
-struct AttributeTuple<4, kSlots, Refs> {
-  using type =
-      std::tuple<CGAL::Cell_attribute_with_point<Refs, VertexInfo>, NDMAP_SLOT(Refs), NDMAP_SLOT(Refs),
-                 NDMAP_SLOT(Refs), CGAL::Cell_attribute<Refs, CellInfo<Refs>, CGAL::Tag_true>>;
+template <class Slot, class Kinds>
+struct AttributeTuple<4, Slot, Kinds> {
+  using type = std::tuple<typename Kinds::Vertex, Slot, Slot, Slot, typename Kinds::Cell>;
 };
-#undef NDMAP_SLOT
 
 // FlatStorage is chosen by the tag in the Items class: see flat_storage.h.
 template <unsigned n, bool kSlots, bool kFlat>
@@ -88,7 +95,9 @@ struct MapItems {
   template <class Refs>
   struct Dart_wrapper {
     using Dart_info = void;
-    using Attributes = typename AttributeTuple<n, kSlots, Refs>::type;
+    using Kinds = AttributeKinds<Refs, kFlat>;
+    using Slot = std::conditional_t<kSlots, typename Kinds::Slot, void>;
+    using Attributes = typename AttributeTuple<n, Slot, Kinds>::type;
   };
 };
 

@@ -12,11 +12,12 @@
 
 namespace ndmap {
 
-// The darts next to d in its i-cell, free ones left out: closing under them gives the cell.
-template <unsigned i, class Lcc, class F>
+// The darts next to d in its i-cell, free ones left out: closing under them gives the cell. Without kBack
+// those that beta_0 leads to are left out, too: d is found from them.
+template <unsigned i, bool kBack = true, class Lcc, class F>
 void ForEachCellNeighbour(const Lcc& map, typename Lcc::Dart_const_handle d, F f) {
   constexpr unsigned n = Lcc::dimension;
-  for (unsigned j = 0; j <= n; ++j) {
+  for (unsigned j = kBack ? 0 : 1; j <= n; ++j) {
     if constexpr (i == 0) {
       // Two steps: to a dart that ends at d's vertex, and from there to one that starts at it.
       if (j == 1 || map.is_free(d, j)) continue;
@@ -71,19 +72,23 @@ class ValidityCheck {
   static unsigned Inverse(unsigned i) { return i == 0 ? 1 : i == 1 ? 0 : i; }
 
   std::string LinkFault(Dart d) const {
+    // Flat storage walks around the face for beta_0: once.
+    const Dart before = Beta(d, 0);
     for (unsigned i = 0; i <= n; ++i) {
-      if (map_.is_free(d, i)) continue;
-      const Dart e = Beta(d, i);
+      const Dart e = i == 0 ? before : Beta(d, i);
+      if (e == map_.null_dart_handle) continue;
       if (!map_.is_dart_used(e)) return absl::StrCat("beta ", i, " leads to a dart that was erased");
       if (i >= 2 && e == d) return absl::StrCat("beta ", i, " leads to the dart itself");
-      if (map_.is_free(e, Inverse(i)) || Beta(e, Inverse(i)) != d) {
+      // What was found by walking around the face is there: its darts follow each other.
+      if (i < 2 && before != map_.null_dart_handle && FacesAreClosed()) continue;
+      if (Beta(e, Inverse(i)) != d) {
         return i < 2 ? "beta 0 is not the inverse of beta 1" : absl::StrCat("beta ", i, " is no involution");
       }
     }
     // beta_i of beta_j is an involution for i + 2 <= j.
     for (unsigned i = 0; i + 2 <= n; ++i) {
-      if (map_.is_free(d, i)) continue;
-      const Dart e = Beta(d, i);
+      const Dart e = i == 0 ? before : Beta(d, i);
+      if (e == map_.null_dart_handle) continue;
       for (unsigned j = i < 2 ? 3 : i + 2; j <= n; ++j) {
         if (map_.is_free(d, j) != map_.is_free(e, j) ||
             (!map_.is_free(d, j) && !SameEnd(Beta(d, j), Inverse(i), Beta(e, j)))) {
@@ -94,16 +99,27 @@ class ValidityCheck {
     return "";
   }
 
-  // Whether beta_i of d is there and is e.
+  // Whether beta_i of d is there and is e; beta_0 asked the other way round, which is as good: each is found
+  // to be the other's inverse.
   bool SameEnd(Dart d, unsigned i, Dart e) const {
-    return map_.is_dart_used(d) && !map_.is_free(d, i) && Beta(d, i) == e;
+    if (!map_.is_dart_used(d)) return false;
+    return i == 0 ? map_.is_dart_used(e) && Beta(e, 1) == d : !map_.is_free(d, i) && Beta(d, i) == e;
+  }
+
+  // Whether every beta_0 is found by walking, in a storage that does so.
+  bool FacesAreClosed() const {
+    if constexpr (requires { map_.darts().exceptions(); }) {
+      return map_.darts().exceptions() == 0;
+    } else {
+      return false;
+    }
   }
 
   template <unsigned i>
   std::string AttributeFault(Dart d) {
     const auto a = map_.template attribute<i>(d);
     bool equal = true;
-    ForEachCellNeighbour<i>(map_, d, [&](Dart e) {
+    ForEachCellNeighbour<i, false>(map_, d, [&](Dart e) {
       equal = equal && map_.is_dart_used(e) && map_.template attribute<i>(e) == a;
     });
     if (!equal) return absl::StrCat("its ", i, "-cell has several ", i, "-attributes");

@@ -168,7 +168,8 @@ TYPED_TEST(ClosureTest, LabelWithoutPartnerIsUnavailable) {
     ASSERT_NO_FATAL_FAILURE(this->Make(seed));
     for (auto& block : this->blocks_) {
       if (block->labels().empty()) continue;
-      const auto [label, dart] = *block->labels().begin();
+      const Label label = block->labels().begin()->label;
+      const auto dart = block->labels().begin()->dart;
       for (auto& other : this->blocks_) {
         if (other != block && other->Find(label) != TypeParam::Lcc::null_handle)
           other->ClearCritical(other->Find(label));

@@ -22,6 +22,7 @@
 #include "core/algorithm/refine/frame.h"
 #include "core/algorithm/refine/label.h"
 #include "core/map/block.h"
+#include "core/map/link.h"
 
 namespace ndmap {
 
@@ -149,7 +150,7 @@ class Build final : public BlockAlgorithm {
       map_.template set_dart_attribute<3>(d, cell);
     }
     for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
-      map_.basic_link_beta_1(hex.darts[role], hex.darts[hexahedron::NextRole(role)]);
+      LinkBeta1(map_, hex.darts[role], hex.darts[hexahedron::NextRole(role)]);
       map_.template basic_link_beta_for_involution<2>(hex.darts[role], hex.darts[hexahedron::kAcross[role]]);
     }
     auto& info = map_.template info_of_attribute<3>(cell);

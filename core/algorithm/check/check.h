@@ -103,7 +103,7 @@ class Check final : public BlockAlgorithm {
       if (block_.IsCritical(d)) CheckCritical(d, out);
     }
     if (left > 0 && !table_done_) {
-      table_done_ = table_.Next(&left, [this](auto it) { CheckEntry(it->first, it->second); });
+      table_done_ = table_.Next(&left, [this](auto it) { CheckEntry(it->label, it->dart); });
       if (table_done_) FindFault(Lcc::null_handle, validity_.AtEnd());
     }
     return budget - left;
@@ -115,7 +115,7 @@ class Check final : public BlockAlgorithm {
   absl::StatusOr<bool> Finish(size_t budget) override {
     if (cancelled_ || heard_.size() == block_.labels().size()) return true;
     return unheard_.Next(&budget, [this](auto it) {
-      if (!heard_.contains(IndexOf(map_, it->second))) Find(it->first, "has no partner in another block");
+      if (!heard_.contains(IndexOf(map_, it->dart))) Find(it->label, "has no partner in another block");
     });
   }
 
@@ -217,7 +217,7 @@ class Check final : public BlockAlgorithm {
   BlockT& block_;
   Lcc& map_;
   ValidityCheck<Lcc> validity_;
-  using Table = const absl::flat_hash_map<Label, Dart>;
+  using Table = const typename BlockT::Labels;
   PartialScan<Table> table_;
   PartialScan<Table> unheard_;
   bool table_done_ = false;

@@ -59,7 +59,7 @@ class Count final : public BlockAlgorithm {
   absl::StatusOr<bool> Start(size_t budget) override {
     if (cancelled_) return true;
     const bool all_labels = labels_.Next(&budget, [this](auto entry) {
-      const Dart d = entry->second;
+      const Dart d = entry->dart;
       Share(map_.template attribute<0>(d), {d, kLowest});
       // In a 3-map the dart after it is critical too.
       if (n == 2) Share(map_.template attribute<0>(map_.template beta<1>(d)), {d, kLowestAtEnd});
@@ -218,7 +218,7 @@ class Count final : public BlockAlgorithm {
   const Routing routing_;
   BlockT& block_;
   Lcc& map_;
-  PartialScan<const absl::flat_hash_map<Label, Dart>> labels_;
+  PartialScan<const typename BlockT::Labels> labels_;
   PartialScan<typename Lcc::template Attribute_range<n>::type> cells_;
   bool cancelled_ = false;
   absl::flat_hash_map<Vertex, Shared, HandleHash<Vertex>> shared_;

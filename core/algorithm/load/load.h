@@ -16,6 +16,7 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/refine/label.h"
 #include "core/map/block.h"
+#include "core/map/link.h"
 #include "core/names/mesh_cells.h"
 
 namespace ndmap {
@@ -105,7 +106,7 @@ class Load final : public BlockAlgorithm {
       map_.template set_dart_attribute<3>(darts_.back(), attribute);
     }
     for (unsigned d = 0; d < shape.darts; ++d) {
-      map_.basic_link_beta_1(DartOf(cell, d), DartOf(cell, shape.next[d]));
+      LinkBeta1(map_, DartOf(cell, d), DartOf(cell, shape.next[d]));
       map_.template basic_link_beta_for_involution<2>(DartOf(cell, d), DartOf(cell, shape.across[d]));
     }
     auto& info = map_.template info_of_attribute<3>(attribute);

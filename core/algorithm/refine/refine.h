@@ -14,9 +14,11 @@
 //
 // Parameters: depth (0 ... 29): hexahedra of levels 0 ... depth - 1 are refined where the oracle says so;
 // level: only those of this level (a phase a level, as published); without it all, children included, in one
-// phase; oracle and its parameters (oracle.h); memory_limit: accounted bytes above which no own refinement
-// begins (0: none). Counts: refined, refined_at_boundary (those with a face that another block has, too),
-// cells_tested, messages_kept, stopped_by_memory (0 or 1), accounted_bytes.
+// phase; children: digits, and of that level only the cells with one of these child numbers (of initial
+// cells: numbers modulo 8), so that a level is refined a part at a time; oracle and its parameters
+// (oracle.h); memory_limit: accounted bytes above which no own refinement begins (0: none). Counts: refined,
+// refined_at_boundary (those with a face that another block has, too), cells_tested, messages_kept,
+// stopped_by_memory (0 or 1), accounted_bytes.
 #pragma once
 
 #include <memory>
@@ -30,6 +32,7 @@
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/refine/oracle.h"
 #include "core/algorithm/refine/subdivider.h"
+#include "core/map/memory.h"
 #include "core/map/partial_scan.h"
 
 namespace ndmap {
@@ -50,6 +53,8 @@ class Refine final : public BlockAlgorithm {
     static constexpr int kAllLevels = -1;
     int level = kAllLevels;
     size_t memory_limit = 0;
+    // A bit for each child number.
+    uint32_t children = 0xff;
   };
 
   static absl::StatusOr<std::unique_ptr<BlockAlgorithm>> Make(const Parameters& parameters,
@@ -70,6 +75,14 @@ class Refine final : public BlockAlgorithm {
     options.depth = static_cast<int>(*depth);
     options.level = static_cast<int>(*level);
     options.memory_limit = static_cast<size_t>(*limit);
+    if (parameters.Has("children")) {
+      absl::StatusOr<uint32_t> children = ParseChildren(parameters.TextOr("children", ""));
+      if (!children.ok()) return children.status();
+      if (options.level == Options::kAllLevels) {
+        return absl::InvalidArgumentError("parameter 'children' without parameter 'level'");
+      }
+      options.children = *children;
+    }
     absl::StatusOr<std::unique_ptr<RefineOracle>> oracle =
         MakeOracle(parameters, environment, [&block] { return VertexBox(block); });
     if (!oracle.ok()) return oracle.status();
@@ -89,7 +102,7 @@ class Refine final : public BlockAlgorithm {
   absl::StatusOr<bool> Start(size_t budget) override {
     // The roots are needed when it was cancelled, too: others may have begun to split.
     if (routing_ == Routing::kBroadcast &&
-        !labels_.Next(&budget, [this](auto it) { roots_.insert(it->first.root); })) {
+        !labels_.Next(&budget, [this](auto it) { roots_.insert(it->label.root); })) {
       return false;
     }
     absl::Status status;
@@ -100,7 +113,8 @@ class Refine final : public BlockAlgorithm {
         return;
       }
       const int level = info.id.level();
-      if (level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level)) {
+      if (level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level) &&
+          (options_.children >> ChildNumber(info.id) & 1) != 0) {
         todo_.push_back(cell);
       }
     });
@@ -143,7 +157,8 @@ class Refine final : public BlockAlgorithm {
         info.state = state;
       }
       if (!refine) continue;
-      if (options_.memory_limit != 0 && block_.AccountedBytes() + kSplitBytes > options_.memory_limit) {
+      if (options_.memory_limit != 0 &&
+          block_.AccountedBytes() + SplitBytes(block_) > options_.memory_limit) {
         stopped_by_memory_ = true;
         todo_.clear();
         break;
@@ -184,7 +199,24 @@ class Refine final : public BlockAlgorithm {
 
  private:
   // An upper estimate of what one refinement adds to a block's accounted bytes.
-  static constexpr size_t kSplitBytes = 16384;
+  static size_t SplitBytes(const BlockT& block) {
+    constexpr size_t kDarts = 640, kVertices = 64, kCells = 8, kLabels = 32;
+    return BytesToGrow(block, kDarts, kVertices, kCells) + kLabels * LabelTable<Dart>::kMostBytes;
+  }
+
+  static unsigned ChildNumber(const CellId& id) {
+    return id.level() == 0 ? static_cast<unsigned>(id.initial() % 8) : id.last_digit();
+  }
+
+  static absl::StatusOr<uint32_t> ParseChildren(const std::string& text) {
+    uint32_t children = 0;
+    for (const char c : text) {
+      if (c >= '0' && c <= '7') children |= uint32_t{1} << (c - '0');
+    }
+    if (!text.empty() && text.find_first_not_of("01234567") == std::string::npos) return children;
+    return absl::InvalidArgumentError(
+        absl::StrCat("parameter 'children' is '", text, "', expected digits 0 to 7"));
+  }
 
   static absl::Status NotRefined(const CellId& id, CellKind kind) {
     return absl::InvalidArgumentError(absl::StrCat("cell ", id.ToString(), " is to be refined and is a ",
@@ -328,7 +360,7 @@ class Refine final : public BlockAlgorithm {
   Lcc& map_;
   Subdivider<BlockT> subdivider_;
   PartialScan<typename Lcc::template Attribute_range<3>::type> cells_;
-  PartialScan<const absl::flat_hash_map<Label, Dart>> labels_;
+  PartialScan<const typename BlockT::Labels> labels_;
   bool cancelled_ = false;
   std::vector<Cell> todo_;
   // Roots held when the phase began; with broadcast routing, everything else is somebody else's.

@@ -12,6 +12,7 @@
 #include "core/algorithm/refine/geometry.h"
 #include "core/algorithm/refine/label.h"
 #include "core/map/block.h"
+#include "core/map/link.h"
 
 namespace ndmap {
 
@@ -44,8 +45,8 @@ class Subdivider {
     absl::InlinedVector<Dart, 16> second;
     for (Dart x : fan.darts) {
       const Dart y = map_.create_dart();
-      map_.basic_link_beta_1(y, map_.template beta<1>(x));
-      map_.basic_link_beta_1(x, y);
+      LinkBeta1(map_, y, map_.template beta<1>(x));
+      LinkBeta1(map_, x, y);
       map_.template set_dart_attribute<0>(y, middle);
       map_.template set_dart_attribute<3>(y, map_.template attribute<3>(x));
       second.push_back(y);
@@ -94,9 +95,9 @@ class Subdivider {
       map_.template basic_link_beta_for_involution<2>(inward[k], outward[k]);
     }
     for (int k = 0; k < 4; ++k) {
-      map_.basic_link_beta_1(arriving[k], inward[k]);
-      map_.basic_link_beta_1(inward[k], outward[(k + 3) % 4]);
-      map_.basic_link_beta_1(outward[k], leaving[k]);
+      LinkBeta1(map_, arriving[k], inward[k]);
+      LinkBeta1(map_, inward[k], outward[(k + 3) % 4]);
+      LinkBeta1(map_, outward[k], leaving[k]);
     }
     if (two_sided) MirrorFace(arriving, leaving, inward, outward, centre);
     if (block_.IsCritical(corner)) DeriveFace(arriving, inward, outward, l);
@@ -135,8 +136,8 @@ class Subdivider {
     for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
       const Wall& wall = walls_[role];
       const Wall& beside = walls_[hexahedron::kAcross[role]];
-      map_.basic_link_beta_1(wall.near_last, beside.far_first);
-      map_.basic_link_beta_1(beside.from_centre_last, wall.to_face);
+      LinkBeta1(map_, wall.near_last, beside.far_first);
+      LinkBeta1(map_, beside.from_centre_last, wall.to_face);
       map_.template basic_link_beta_for_involution<2>(
           wall.to_face, walls_[hexahedron::PreviousRole(role)].from_centre_last);
     }
@@ -238,9 +239,9 @@ class Subdivider {
       map_.template basic_link_beta_for_involution<3>(inward[k], mirror_out[k]);
     }
     for (int k = 0; k < 4; ++k) {
-      map_.basic_link_beta_1(map_.template beta<3>(leaving[k]), mirror_in[k]);
-      map_.basic_link_beta_1(mirror_in[k], mirror_out[(k + 1) % 4]);
-      map_.basic_link_beta_1(mirror_out[k], map_.template beta<3>(arriving[k]));
+      LinkBeta1(map_, map_.template beta<3>(leaving[k]), mirror_in[k]);
+      LinkBeta1(map_, mirror_in[k], mirror_out[(k + 1) % 4]);
+      LinkBeta1(map_, mirror_out[k], map_.template beta<3>(arriving[k]));
     }
   }
 
@@ -274,8 +275,8 @@ class Subdivider {
         wall.near_last = x2;
         wall.far_first = y2;
       } else {
-        map_.basic_link_beta_1(x2, near_before);
-        map_.basic_link_beta_1(far_before, y2);
+        LinkBeta1(map_, x2, near_before);
+        LinkBeta1(map_, far_before, y2);
       }
       near_before = x2;
       far_before = y2;
@@ -283,8 +284,8 @@ class Subdivider {
     wall.to_face = NewDart(centre, near);
     wall.from_centre_last = NewDart(map_.template attribute<0>(near_before), far);
     map_.template basic_link_beta_for_involution<3>(wall.to_face, wall.from_centre_last);
-    map_.basic_link_beta_1(wall.to_face, near_before);
-    map_.basic_link_beta_1(far_before, wall.from_centre_last);
+    LinkBeta1(map_, wall.to_face, near_before);
+    LinkBeta1(map_, far_before, wall.from_centre_last);
   }
 
   // Gives a child the outer darts around d; those it has already bound the search.
