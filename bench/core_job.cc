@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -120,7 +121,7 @@ struct Job {
 };
 
 absl::Status Main(const std::string& path, const std::string& grid_text, uint32_t cubes, int depth,
-                  uint32_t blocks, const std::string& partition, bool broadcast) {
+                  uint32_t blocks, const std::string& partition, bool broadcast, int parts) {
   ndmap::TriangleSurface surface;
   auto file = ndmap::ReadSurface(path, {});
   if (!file.ok()) return file.status();
@@ -152,7 +153,19 @@ absl::Status Main(const std::string& path, const std::string& grid_text, uint32_
   for (int level = 0; level < depth; ++level) {
     ndmap::Parameters parameters;
     parameters.Set("depth", int64_t{depth}).Set("level", int64_t{level});
-    if (auto s = job.Run("refine", parameters); !s.ok()) return s;
+    const bool last = level + 1 == depth;
+    // As `ndmap run` does it (client/cli/run_phases.h).
+    for (int part = 0; part < (last ? std::max(parts, 1) : 1); ++part) {
+      if (last && parts > 1) {
+        std::string children;
+        for (int child = part; child < 8; child += parts) children += static_cast<char>('0' + child);
+        parameters.Set("children", children);
+      }
+      if (auto s = job.Run("refine", parameters); !s.ok()) return s;
+      if (parts == 0 || level + 2 < depth || (last && part + 1 == parts)) continue;
+      if (auto s = job.Run("classify", {}); !s.ok()) return s;
+      if (auto s = job.Run("trim", {}); !s.ok()) return s;
+    }
   }
   for (const char* phase : {"classify", "trim", "count", "hash", "check"}) {
     if (auto s = job.Run(phase, {}); !s.ok()) return s;
@@ -167,7 +180,7 @@ int main(int argc, char** argv) {
   CLI::App app("The main job without services, in one process.");
   std::string path, grid, partition = "hilbert";
   uint32_t cubes = 0, blocks = 1;
-  int depth = 4;
+  int depth = 4, parts = 0;
   bool broadcast = false;
   app.add_option("surface", path)->required();
   app.add_option("--grid", grid);
@@ -176,8 +189,9 @@ int main(int argc, char** argv) {
   app.add_option("--blocks", blocks);
   app.add_option("--partition", partition);
   app.add_flag("--broadcast", broadcast);
+  app.add_option("--parts", parts, "erase early, the last level in so many parts (0: erase at the end)");
   CLI11_PARSE(app, argc, argv);
-  const absl::Status status = Main(path, grid, cubes, depth, blocks, partition, broadcast);
+  const absl::Status status = Main(path, grid, cubes, depth, blocks, partition, broadcast, parts);
   if (!status.ok()) std::cerr << status << "\n";
   return status.ok() ? 0 : 1;
 }

@@ -11,6 +11,7 @@
 #include "client/cli/local_cluster.h"
 #include "client/cli/output_folder.h"
 #include "client/cli/run.h"
+#include "client/cli/run_phases.h"
 #include "client/cli/text.h"
 #include "core/io/sample_surface.h"
 #include "core/io/surface_reader.h"
@@ -69,7 +70,13 @@ void AddRunCommand(CLI::App& app, Action& action) {
       ->add_option("--memory-limit", options->memory_limit,
                    "stop refining a block at this size (256MiB, 1GiB)")
       ->transform(ByteSize());
-  command->add_flag("--async", options->async, "refine all levels in one phase");
+  CLI::Option* async =
+      command->add_flag("--async", options->async, "refine all levels in one phase, and erase at the end");
+  command
+      ->add_option("--parts", options->parts,
+                   "refine the last level in this many parts, erasing after each (default: by size)")
+      ->check(WholeNumber(1, kMostParts))
+      ->excludes(async);
   AddKeepOption(command, &options->keep);
   AddCellsOption(command, &options->cells);
   command->add_flag("!--no-check", options->check, "do not check the map at the end");

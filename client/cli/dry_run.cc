@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/estimate.h"
 #include "client/cli/run.h"
+#include "client/cli/run_phases.h"
 #include "client/cli/table.h"
 #include "client/cli/text.h"
 
@@ -50,6 +51,18 @@ double Kept(const Estimate& estimate, const std::string& keep) {
   return estimate.inside() + estimate.cut();
 }
 
+// The most hexahedra at one time: all that are made, or less where erasing comes in between (run.cc).
+double Held(const Estimate& estimate, const RunOptions& options, int depth) {
+  if (!ErasesEarly(options.async, depth, options.keep)) return estimate.made();
+  const uint32_t parts =
+      options.parts > 0 ? options.parts : PartsFor(4 * estimate.levels[static_cast<size_t>(depth) - 1].cells);
+  if (parts == 0) return estimate.made();
+  const Estimate::Level& last = estimate.levels.back();
+  const bool sides = options.keep != "cut";
+  const double kept = estimate.cut() + (sides ? estimate.inside() : 0);
+  return kept + (last.outside + (sides ? 0 : last.inside)) / parts;
+}
+
 }  // namespace
 
 absl::StatusOr<int> DryRun(Context& context, const RunOptions& options) {
@@ -68,7 +81,8 @@ absl::StatusOr<int> DryRun(Context& context, const RunOptions& options) {
   const Estimate estimate = EstimateRefinement(surface, *grid, *depth);
   context.progress.End("");
   const double kept = Kept(estimate, options.keep);
-  const Cost cost = CostOf(estimate.made(), kept, triangles, processes->servers);
+  const Cost cost =
+      CostOf(estimate.made(), Held(estimate, options, *depth), kept, triangles, processes->servers);
   const double workers = std::min<double>(options.grid.blocks, processes->servers * processes->threads);
   const double seconds = cost.cpu_seconds / workers;
   const Json json{{"dry_run", true},

@@ -105,10 +105,10 @@ Estimate EstimateRefinement(const std::shared_ptr<const TriangleSurface>& surfac
   return estimate;
 }
 
-Cost CostOf(double made, double kept, uint64_t triangles, uint32_t servers) {
+Cost CostOf(double made, double held, double kept, uint64_t triangles, uint32_t servers) {
   const double t = static_cast<double>(triangles);
   Cost cost;
-  cost.memory_bytes = made * kBytesPerHexahedron + servers * (kBytesPerServer + t * kBytesPerTriangle);
+  cost.memory_bytes = held * kBytesPerHexahedron + servers * (kBytesPerServer + t * kBytesPerTriangle);
   cost.cpu_seconds = made * kSecondsPerHexahedron + (servers + 1) * t * kSecondsPerTriangle;
   cost.disk_bytes = kept * kDiskBytesPerHexahedron;
   return cost;

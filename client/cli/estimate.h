@@ -43,7 +43,8 @@ struct Cost {
   double cpu_seconds = 0;   // All processes.
   double disk_bytes = 0;    // The export, VTK_HEXAHEDRON.
 };
-Cost CostOf(double made, double kept, uint64_t triangles, uint32_t servers);
+// `held`: the most hexahedra that there are at one time.
+Cost CostOf(double made, double held, double kept, uint64_t triangles, uint32_t servers);
 
 // The smallest depth at which the longest edge of a hexahedron is at most `size`; above CellId::kMaxLevel if
 // none is.

@@ -28,7 +28,10 @@ int64_t CountOf(const v1::Report& report, const std::string& name) {
 std::string PhaseName(const v1::Phase& phase) {
   const auto level = phase.parameters().find("level");
   if (level == phase.parameters().end()) return phase.algorithm();
-  return absl::StrCat(phase.algorithm(), " level ", level->second);
+  const auto children = phase.parameters().find("children");
+  std::string name = absl::StrCat(phase.algorithm(), " level ", level->second);
+  if (children != phase.parameters().end()) absl::StrAppend(&name, "/", children->second);
+  return name;
 }
 
 std::string PhaseOutcome(const v1::PhaseResult& result) {
@@ -67,8 +70,8 @@ void JobDisplay::EndPhases(const v1::Job& job) {
     if (!phase_open_) progress_.Begin(PhaseName(result.phase()));
     progress_.End(PhaseOutcome(result), result.wall_seconds());
     phase_open_ = false;
-    // The children of what was refined are the next level's cells.
-    if (result.phase().algorithm() == "refine") {
+    // The children of what was refined are the next level's cells; parts of a level are equal.
+    if (result.phase().algorithm() == "refine" && !result.phase().parameters().contains("children")) {
       cells_ = cells_ == 0 ? 0 : static_cast<uint64_t>(CountOf(result.report(), "refined")) * 8;
     }
   }

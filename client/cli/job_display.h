@@ -13,7 +13,7 @@
 
 namespace ndmap::cli {
 
-// "refine level 2", "classify".
+// "refine level 2", "refine level 4/05" (children 0 and 5), "classify".
 std::string PhaseName(const v1::Phase& phase);
 // "12,345 refined", "valid": what a phase found, in a few words.
 std::string PhaseOutcome(const v1::PhaseResult& result);

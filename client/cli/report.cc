@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/job_display.h"
@@ -51,12 +52,16 @@ Json Levels(const RunReport& report) {
     const auto level = phase.phase().parameters().find("level");
     if (phase.phase().algorithm() != "refine" || level == phase.phase().parameters().end()) continue;
     Json& entry = levels[std::atoi(level->second.c_str())];
-    entry["refined"] = CountOf(phase.report(), "refined");
-    entry["refined_at_boundary"] = CountOf(phase.report(), "refined_at_boundary");
-    entry["messages"] = phase.messages();
-    entry["message_bytes"] = phase.message_bytes();
-    entry["seconds"] = phase.wall_seconds();
-    entry["cpu_seconds"] = phase.user_seconds() + phase.system_seconds();
+    // A level may have been refined in parts.
+    const auto add = [&entry](const char* name, auto value) {
+      entry[name] = entry.value(name, decltype(value){}) + value;
+    };
+    add("refined", CountOf(phase.report(), "refined"));
+    add("refined_at_boundary", CountOf(phase.report(), "refined_at_boundary"));
+    add("messages", phase.messages());
+    add("message_bytes", phase.message_bytes());
+    add("seconds", phase.wall_seconds());
+    add("cpu_seconds", phase.user_seconds() + phase.system_seconds());
   }
   Json array = Json::array();
   for (auto& [level, entry] : levels) array.push_back(std::move(entry));
@@ -146,9 +151,36 @@ bool RunReport::stopped_by_memory() const {
   });
 }
 
+int64_t RunReport::removed() const {
+  int64_t removed = 0;
+  for (const v1::PhaseResult& phase : phases) {
+    if (phase.phase().algorithm() == "trim") removed += CountOf(phase.report(), "removed");
+  }
+  return removed;
+}
+
 int64_t RunReport::made() const {
-  const v1::PhaseResult* trim = Find("trim");
-  return Count(trim, "removed") + Count(trim, "hexahedra");
+  int64_t left = 0;
+  for (const v1::PhaseResult& phase : phases) {
+    if (phase.phase().algorithm() == "trim") left = CountOf(phase.report(), "hexahedra");
+  }
+  return removed() + left;
+}
+
+int64_t RunReport::InState(const std::string& state) const {
+  int64_t erased = 0, left = 0;
+  for (const v1::PhaseResult& phase : phases) {
+    if (phase.phase().algorithm() == "classify") left = CountOf(phase.report(), state);
+    if (phase.phase().algorithm() != "trim") continue;
+    const auto keep = phase.phase().parameters().find("keep");
+    if (keep == phase.phase().parameters().end() || keep->second == "all" ||
+        absl::StrContains(keep->second, state)) {
+      continue;
+    }
+    erased += left;
+    left = 0;
+  }
+  return erased + left;
 }
 
 std::string HashText(const v1::Report& report) {
@@ -171,7 +203,6 @@ int RunReport::levels_reached() const {
 
 Json ToJson(const RunReport& report) {
   const v1::PhaseResult* count = report.Find("count");
-  const v1::PhaseResult* classify = report.Find("classify");
   const v1::PhaseResult* check = report.Find("check");
   uint64_t messages = 0, message_bytes = 0;
   for (const v1::PhaseResult& phase : report.phases) {
@@ -191,10 +222,10 @@ Json ToJson(const RunReport& report) {
             {"findings", Json::array()},
             {"made", report.made()},
             {"hexahedra", Count(count, "hexahedra")},
-            {"removed", Count(report.Find("trim"), "removed")},
-            {"cut", Count(classify, "cut")},
-            {"inside", Count(classify, "inside")},
-            {"outside", Count(classify, "outside")},
+            {"removed", report.removed()},
+            {"cut", report.InState("cut")},
+            {"inside", report.InState("inside")},
+            {"outside", report.InState("outside")},
             {"darts", Count(count, "darts")},
             {"vertices", Count(count, "vertices")},
             {"critical_darts", Count(count, "critical_darts")},

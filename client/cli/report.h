@@ -39,8 +39,11 @@ struct RunReport {
   // Of the checker; nothing if it did not run.
   std::optional<bool> valid() const;
   bool stopped_by_memory() const;
-  // Hexahedra before trimming.
+  // Hexahedra that were erased, and all that ever were.
+  int64_t removed() const;
   int64_t made() const;
+  // Of all that ever were, those that are "cut", "inside" or "outside": when they were erased, or at the end.
+  int64_t InState(const std::string& state) const;
   // 32 digits.
   std::string hash() const;
   // The highest level of which there are hexahedra.

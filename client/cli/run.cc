@@ -17,6 +17,7 @@
 #include "client/cli/local_cluster.h"
 #include "client/cli/output_folder.h"
 #include "client/cli/report.h"
+#include "client/cli/run_phases.h"
 #include "client/cli/text.h"
 
 namespace ndmap::cli {
@@ -71,6 +72,8 @@ class Runner {
   absl::Status Load();
   absl::Status Create();
   absl::Status Refine();
+  // The last level, classifying and erasing: in turn where that is worth it.
+  absl::Status RefineLastLevel(const PhaseParameters& parameters);
   // One job on the map, its results kept for the report.
   absl::Status Job(const std::string& kind, const std::vector<v1::Phase>& phases, uint64_t cells);
   absl::Status Finished(const absl::StatusOr<v1::Job>& job);
@@ -202,17 +205,34 @@ absl::Status Runner::Job(const std::string& kind, const std::vector<v1::Phase>& 
 }
 
 absl::Status Runner::Refine() {
-  std::vector<std::pair<std::string, std::string>> parameters = {{"oracle", "surface"}};
+  PhaseParameters parameters = {{"oracle", "surface"}};
   if (options_.memory_limit > 0) parameters.emplace_back("memory_limit", absl::StrCat(options_.memory_limit));
   std::vector<v1::Phase> phases = RefinePhases(depth_, options_.async, parameters);
-  phases.push_back(MakePhase("classify"));
-  absl::Status status = Job("refine", phases, grid_.CellCount());
-  if (!status.ok()) return status;
-  status = Job("trim", {MakePhase("trim", {{"keep", options_.keep}})}, 0);
+  absl::Status status;
+  if (ErasesEarly(options_.async, depth_, options_.keep)) {
+    phases.pop_back();
+    status = Job("refine", phases, grid_.CellCount());
+    if (status.ok()) status = RefineLastLevel(parameters);
+  } else {
+    phases.push_back(MakePhase("classify"));
+    status = Job("refine", phases, grid_.CellCount());
+    if (status.ok()) status = Job("trim", {MakePhase("trim", {{"keep", options_.keep}})}, 0);
+  }
   if (!status.ok()) return status;
   phases = {MakePhase("count"), MakePhase("hash")};
   if (options_.check) phases.push_back(MakePhase("check"));
   return Job("check", phases, 0);
+}
+
+absl::Status Runner::RefineLastLevel(const PhaseParameters& parameters) {
+  const auto cells = 8 * static_cast<uint64_t>(CountOf(report_.phases.back().report(), "refined"));
+  // About half of them meet the surface.
+  const uint32_t parts = options_.parts > 0 ? options_.parts : PartsFor(4 * static_cast<double>(cells));
+  if (parts > 0) return Job("refine", ErasingPhases(depth_, options_.keep, parts, parameters), 0);
+  absl::Status status =
+      Job("refine", {RefinePhases(depth_, false, parameters).back(), MakePhase("classify")}, cells);
+  if (!status.ok()) return status;
+  return Job("trim", {MakePhase("trim", {{"keep", options_.keep}})}, 0);
 }
 
 absl::Status Runner::Export() {

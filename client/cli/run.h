@@ -19,6 +19,7 @@ struct RunOptions {
   uint32_t threads = 0;       // Of each block server; 0: what the cores give each
   uint64_t memory_limit = 0;  // Bytes a block; 0: none
   bool async = false;
+  uint32_t parts = 0;  // Of the last level; 0: by size
   bool check = true;
   std::string keep = "inside,cut";
   std::string cells = "hexahedron";

@@ -18,7 +18,7 @@ TEST(LabelTable, FindsWhatAPlainMapFindsWhateverIsInsertedRelabelledAndErased) {
   std::map<Label, FlatDart> by_label;
   uint64_t next_root = 0;
   for (int step = 0; step < 20000; ++step) {
-    const FlatDart dart{1 + random() % 500};
+    const FlatDart dart{static_cast<uint32_t>(1 + random() % 500)};
     const auto it = by_dart.find(dart);
     if (it == by_dart.end()) {
       const Critical c{{++next_root, 1 + random() % 1000},

@@ -49,6 +49,9 @@ TEST_F(RunTest, TheMapDoesNotDependOnTheNumberOfBlocks) {
       {"--blocks", "4"},
       {"--blocks", "4", "--routing", "broadcast", "--processes", "1"},
       {"--blocks", "3", "--partition", "lpt", "--async"},
+      // Erased as soon as it is known.
+      {"--blocks", "4", "--parts", "8"},
+      {"--blocks", "5", "--parts", "3", "--routing", "broadcast"},
   };
   for (const auto& variant : variants) {
     const json many = Run(variant);
@@ -125,6 +128,27 @@ TEST_F(RunTest, KeepAllRemovesNothing) {
   EXPECT_EQ(run["hexahedra"], run["made"]);
   EXPECT_EQ(run["made"].get<int>(),
             run["cut"].get<int>() + run["inside"].get<int>() + run["outside"].get<int>());
+}
+
+TEST_F(RunTest, WhatIsErasedEarlyIsWhatWouldBeErasedAtTheEnd) {
+  for (const char* keep : {"cut", "inside"}) {
+    const json late = Run({"--blocks", "3", "--keep", keep, "--async"});
+    ASSERT_TRUE(late.is_object()) << error_;
+    const json early = Run({"--blocks", "3", "--keep", keep, "--parts", "2"});
+    ASSERT_TRUE(early.is_object()) << error_;
+    EXPECT_EQ(early["valid"], true);
+    for (const char* same : {"hash", "made", "hexahedra", "removed", "cut", "inside", "outside"}) {
+      EXPECT_EQ(early[same], late[same]) << same << ", --keep " << keep;
+    }
+    EXPECT_EQ(early["levels"].size(), late["levels"].size());
+  }
+}
+
+TEST_F(RunTest, PartsAndAsyncExcludeEachOther) {
+  const Outcome outcome = Command({"run", surface_, "--parts", "2", "--async"}).Finish();
+  EXPECT_NE(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("--async"));
+  EXPECT_NE(Command({"run", surface_, "--parts", "9"}).Finish().code, 0);
 }
 
 TEST_F(RunTest, SizeChoosesTheDepth) {
