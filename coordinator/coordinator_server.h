@@ -18,6 +18,7 @@ struct CoordinatorOptions {
   std::string listen = "127.0.0.1:0";
   StateOptions state;
   RunnerOptions runner;
+  ServiceLimits limits;
   AlgorithmFinder find_algorithm = [](absl::string_view name) { return FindAlgorithm(name); };
 };
 
@@ -37,7 +38,8 @@ class CoordinatorServer {
   explicit CoordinatorServer(CoordinatorOptions& options)
       : state_(options.state),
         runner_(&state_, options.runner),
-        service_(&state_, &runner_, std::move(options.find_algorithm), options.state.max_surface_bytes) {}
+        service_(&state_, &runner_, std::move(options.find_algorithm), options.state.max_surface_bytes,
+                 options.limits) {}
 
   State state_;
   JobRunner runner_;

@@ -92,6 +92,12 @@ grpc::Status CoordinatorServiceImpl::ListServers(grpc::ServerContext*, const v1:
 grpc::Status CoordinatorServiceImpl::UploadSurface(grpc::ServerContext*,
                                                    grpc::ServerReader<v1::SurfaceChunk>* reader,
                                                    v1::UploadSurfaceResponse* response) {
+  const service::Places::Place place(uploads_);
+  if (!place.taken()) {
+    return ToGrpc(absl::ResourceExhaustedError(
+        absl::StrCat("the coordinator is receiving ", uploads_.most(),
+                     " surfaces, the most at one time (--max-uploads): send it again later")));
+  }
   service::SurfaceReceiver receiver(max_surface_bytes_);
   v1::SurfaceChunk chunk;
   while (reader->Read(&chunk)) {
@@ -247,13 +253,26 @@ grpc::Status CoordinatorServiceImpl::GetJob(grpc::ServerContext*, const v1::GetJ
 
 grpc::Status CoordinatorServiceImpl::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                                               v1::ListJobsResponse* response) {
+  if (!request->map().empty()) {
+    if (absl::Status status = service::CheckName("map", request->map()); !status.ok()) return ToGrpc(status);
+  }
   for (v1::Job& job : state_->Jobs(request->map())) *response->add_jobs() = std::move(job);
+  // A map that was deleted is still known by its jobs.
+  if (!request->map().empty() && response->jobs().empty())
+    return ToGrpc(state_->FindMap(request->map()).status());
   return grpc::Status::OK;
 }
 
 grpc::Status CoordinatorServiceImpl::WatchJob(grpc::ServerContext* context,
                                               const v1::WatchJobRequest* request,
                                               grpc::ServerWriter<v1::WatchJobResponse>* writer) {
+  const service::Places::Place place(watches_);
+  if (!place.taken()) {
+    return ToGrpc(absl::ResourceExhaustedError(absl::StrCat(
+        watches_.most(),
+        " clients are watching jobs, the most at one time (--max-watches): the job goes on, ask for "
+        "it or watch it again later")));
+  }
   const absl::Duration interval =
       absl::Milliseconds(request->interval_milliseconds() == 0 ? 100 : request->interval_milliseconds());
   // So often the caller's and the coordinator's end are noticed.

@@ -12,20 +12,29 @@
 #include "coordinator/state.h"
 #include "core/algorithm/registry.h"
 #include "ndmap/v1/coordinator.grpc.pb.h"
+#include "service/places.h"
 
 namespace ndmap::coordinator {
 
 // FindAlgorithm of core/algorithm/registry.h, or a test's.
 using AlgorithmFinder = std::function<absl::StatusOr<AlgorithmInfo>(absl::string_view name)>;
 
+// Of calls that last, each with the flag of ndmap-coordinator that sets it.
+struct ServiceLimits {
+  uint32_t max_watches = 256;  // --max-watches
+  uint32_t max_uploads = 16;   // --max-uploads; each may hold a surface beside those that are kept
+};
+
 class CoordinatorServiceImpl final : public v1::Coordinator::Service {
  public:
   CoordinatorServiceImpl(State* state, JobRunner* runner, AlgorithmFinder find_algorithm,
-                         uint64_t max_surface_bytes)
+                         uint64_t max_surface_bytes, const ServiceLimits& limits)
       : state_(state),
         runner_(runner),
         find_algorithm_(std::move(find_algorithm)),
-        max_surface_bytes_(max_surface_bytes) {}
+        max_surface_bytes_(max_surface_bytes),
+        watches_(limits.max_watches),
+        uploads_(limits.max_uploads) {}
 
   void SetAddress(const std::string& address) { address_ = address; }
   // Ends the calls that watch jobs.
@@ -69,6 +78,8 @@ class CoordinatorServiceImpl final : public v1::Coordinator::Service {
   JobRunner* const runner_;
   const AlgorithmFinder find_algorithm_;
   const uint64_t max_surface_bytes_;
+  service::Places watches_;
+  service::Places uploads_;
   std::string address_;
   std::atomic<bool> stopping_ = false;
 };

@@ -29,6 +29,14 @@ int main(int argc, char** argv) {
       ->envname("NDMAP_LEASE")
       ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
+  app.add_option("--max-watches", options.limits.max_watches, "most clients that watch jobs at one time")
+      ->envname("NDMAP_MAX_WATCHES")
+      ->check(CLI::Range(1u, 65536u))
+      ->capture_default_str();
+  app.add_option("--max-uploads", options.limits.max_uploads, "most surfaces that are received at one time")
+      ->envname("NDMAP_MAX_UPLOADS")
+      ->check(CLI::Range(1u, 65536u))
+      ->capture_default_str();
   int exit_code = 0;
   if (!service::Parse(app, argc, argv, exit_code)) return exit_code;
   auto fail = [](const absl::Status& status) {

@@ -12,6 +12,8 @@ namespace {
 
 // A watch is begun anew after this time, so that no call is without a deadline.
 constexpr absl::Duration kWatchTimeout = absl::Minutes(5);
+// Between questions about a job that cannot be watched.
+constexpr absl::Duration kAskAgain = absl::Milliseconds(500);
 
 }  // namespace
 
@@ -77,6 +79,13 @@ absl::StatusOr<v1::Job> JobHandle::Wait(const ProgressCallback& progress, absl::
     bool heard = false;
     absl::Status status = Watch(progress, interval, &heard);
     if (status.ok()) return Get();
+    if (absl::IsResourceExhausted(status)) {
+      // Too many are watching. The job goes on all the same, and is asked for now and then.
+      absl::StatusOr<v1::Job> job = Get();
+      if (!job.ok() || HasEnded(job->state())) return job;
+      absl::SleepFor(kAskAgain);
+      continue;
+    }
     if (!absl::IsUnavailable(status) && !absl::IsDeadlineExceeded(status)) return status;
     if (heard) {
       failures = 0;
