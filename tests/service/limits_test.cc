@@ -247,9 +247,8 @@ TEST_F(LimitsTest, WhoDoesNotReadDoesNotKeepItsPlace) {
   limits.max_queries = 1;
   limits.max_export_time = absl::Milliseconds(200);
   Start(limits,
-        [](const Parameters&, const GridShape&) -> absl::StatusOr<std::unique_ptr<server::PieceBuilder>> {
-          return std::make_unique<Endless>();
-        });
+        [](const Parameters&, const server::PieceOrigin&)
+            -> absl::StatusOr<std::unique_ptr<server::PieceBuilder>> { return std::make_unique<Endless>(); });
   const auto context = Context();
   v1::ExportPieceRequest request;
   request.set_map("m");
