@@ -76,7 +76,7 @@ class WalksTest : public ::testing::TestWithParam<v1::Routing> {
     request.set_map("m");
     *request.mutable_blocks() = std::string(8, '\0');
     *request.mutable_darts() = std::string("\1\0\0\0\2\0\0\0", 8);
-    *request.mutable_word() = "\1";
+    request.mutable_word()->push_back('\1');
     spoil(request);
     grpc::ClientContext context;
     v1::WalkResponse response;
