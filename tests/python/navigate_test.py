@@ -238,7 +238,7 @@ class NavigateTest(ClusterTest):
                      "h17179869184", "h" + "1" * 5000, "h0/" + ".".join("0" * 30), "v1#536870912", "v1/0#1", "h\u0661"):
             self.fails(wrong, "expected the id of a cell", made.cell, text)
         self.fails(wrong, "expected the id of a cell", made.cell, 7)
-        for words in ((0, 0), (-1, 1), (1 << 64, 1), (0, 2), (0, 63), ("a", 1), (1 << 29, 0)):
+        for words in ((0, 0), (-1, 1), (1 << 64, 1), (0, 4), (0, 63), ("a", 1), (1 << 29, 0)):
             self.fails(wrong, "id", ndmap.CellId, *words)
         self.fails(wrong, "no parent", lambda: ndmap.CellId.parse("v1:0").parent)
         self.fails(ndmap.NotFoundError, "no cell h99", made.neighbors, "h99")
