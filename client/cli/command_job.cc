@@ -89,6 +89,7 @@ absl::StatusOr<int> Export(Context& context, const ExportOptions& options) {
   MadeFiles made;
   ChildProcesses picture;
   absl::Status status = made.MakeFolder(options.output);
+  if (status.ok()) status = made.LockFolder(options.output);
   if (!status.ok()) return status;
   context.interrupts.SetHandlers(
       [&] {

@@ -2,6 +2,9 @@
 #include "client/cli/export.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -9,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 #include "absl/synchronization/mutex.h"
 #include "client/cli/attribute_text.h"
 #include "client/cli/cell_arguments.h"
@@ -31,6 +35,28 @@ struct Fetch {
   std::string first_piece ABSL_GUARDED_BY(mutex);
   Exported exported ABSL_GUARDED_BY(mutex);
 };
+
+std::string PieceName(uint32_t block) { return absl::StrFormat("block_%04d.vtu", block); }
+
+// Whether an export may have left a file of this name: a piece, or one that was on its way to be one.
+bool IsNameOfPiece(absl::string_view name) {
+  if (!absl::ConsumePrefix(&name, "block_")) return false;
+  const size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
+  name.remove_prefix(digits);
+  if (digits < 4 || !absl::ConsumePrefix(&name, ".vtu")) return false;
+  return name.empty() || name == ".new" || name == ".new.part" || name == ".old";
+}
+
+// Pieces of an earlier export of more blocks, which the new index does not name, go when all is well.
+void RemoveOtherPieces(const std::string& folder, const std::vector<std::string>& names, MadeFiles& made) {
+  const std::set<std::string> named(names.begin(), names.end());
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!named.contains(name) && IsNameOfPiece(name) && entry.is_regular_file(error))
+      made.RemoveWhenKept(entry.path().string());
+  }
+}
 
 }  // namespace
 
@@ -66,7 +92,7 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
   progress.Begin("export");
   const uint32_t blocks = map.info().block_count();
   std::vector<std::string> names;
-  for (uint32_t block = 0; block < blocks; ++block) names.push_back(absl::StrFormat("block_%04d.vtu", block));
+  for (uint32_t block = 0; block < blocks; ++block) names.push_back(PieceName(block));
   Fetch fetch;
   const auto work = [&] {
     for (;;) {
@@ -104,6 +130,7 @@ absl::StatusOr<Exported> ExportMap(const MapHandle& map, const std::string& cell
     // The index last: until then the one that was there leads to the pieces that were.
     status = WritePvtuFileLike(fetch.first_piece, names, made.Beside(index));
     if (status.ok()) status = made.PutInPlace();
+    if (status.ok()) RemoveOtherPieces(folder, names, made);
   }
   if (!status.ok()) {
     progress.Abandon();

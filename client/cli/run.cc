@@ -116,6 +116,12 @@ absl::Status Runner::Prepare() {
   absl::StatusOr<Processes> processes = ProcessesFor(options_);
   if (!processes.ok()) return processes.status();
   processes_ = *processes;
+  if (!options_.output.empty()) {
+    absl::Status status = made_.MakeFolder(options_.output);
+    if (status.ok()) status = made_.LockFolder(options_.output);
+    if (!status.ok()) return status;
+    folder_ = options_.output;
+  }
   absl::StatusOr<SurfaceFile> file = ReadSurfaceAndTell(options_.surface, context_.progress);
   if (!file.ok()) return file.status();
   file_ = *std::move(file);
@@ -126,11 +132,6 @@ absl::Status Runner::Prepare() {
   if (!depth.ok()) return depth.status();
   depth_ = *depth;
   WarnAboutSmallComponents(file_.surface, grid_, context_.progress);
-  if (!options_.output.empty()) {
-    absl::Status status = made_.MakeFolder(options_.output);
-    if (!status.ok()) return status;
-    folder_ = options_.output;
-  }
   if (options_.png.empty()) return absl::OkStatus();
   const std::string png_folder = std::filesystem::path(options_.png).parent_path().string();
   absl::Status status = made_.MakeFolder(png_folder.empty() ? "." : png_folder);

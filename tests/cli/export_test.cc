@@ -2,6 +2,7 @@
 // Meshes as files: each block's server writes its piece, the client streams it into place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <filesystem>
 #include <fstream>
@@ -109,6 +110,41 @@ TEST_F(ExportTest, OneThatFailsLeavesTheFilesThatWereThere) {
   ASSERT_EQ(call({"export", "torus", "-o", folder_ / "out"}), 0);
   EXPECT_NE(read("block_0000.vtu"), piece);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out"), {}), 3);
+}
+
+TEST_F(ExportTest, TwoAtOnceIntoOneFolderAreOneAndARefusal) {
+  const std::string out = folder_ / "out";
+  std::filesystem::create_directories(out);
+  Command first({"run", surface_, "--depth", "12", "--blocks", "2", "-o", out});
+  ASSERT_TRUE(first.WaitFor("refine level 1"));
+  const Outcome second = Ndmap({"run", surface_, "--depth", "1", "-o", out});
+  EXPECT_EQ(second.code, 1);
+  EXPECT_EQ(second.err,
+            "ndmap run: cannot write into '" + out +
+                "': another ndmap is writing there: wait for it to end, or take another folder\n");
+  // Killed as by a machine that has no memory left, it is in nobody's way.
+  first.Signal(SIGKILL);
+  first.Finish();
+  EXPECT_EQ(Ndmap({"run", surface_, "--depth", "1", "--grid", "8x8x3", "-o", out}).code, 0);
+}
+
+TEST_F(ExportTest, PiecesOfAnEarlierExportOfMoreBlocksGo) {
+  const std::string out = folder_ / "out";
+  const auto run = [&](const char* blocks) {
+    return Ndmap({"run", surface_, "--grid", "8x8x3", "--depth", "1", "--blocks", blocks, "-o", out}).code;
+  };
+  ASSERT_EQ(run("3"), 0);
+  // Of somebody else, though it looks alike.
+  for (const char* name : {"block_1.vtu", "block_0007.vtu.bak", "block_abcd.vtu", "notes"})
+    std::ofstream(out + "/" + name) << "mine";
+  std::ofstream(out + "/block_0009.vtu.new.part") << "of one that was killed";
+  ASSERT_EQ(run("1"), 0);
+  EXPECT_TRUE(Exists(out + "/block_0000.vtu"));
+  for (const char* gone : {"block_0001.vtu", "block_0002.vtu", "block_0009.vtu.new.part"})
+    EXPECT_FALSE(Exists(out + "/" + gone)) << gone;
+  for (const char* name : {"block_1.vtu", "block_0007.vtu.bak", "block_abcd.vtu", "notes"})
+    EXPECT_TRUE(Exists(out + "/" + name)) << name;
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out), {}), 6);
 }
 
 }  // namespace
