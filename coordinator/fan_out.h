@@ -17,6 +17,7 @@
 #include "absl/time/time.h"
 #include "ndmap/v1/block_service.grpc.pb.h"
 #include "service/channel.h"
+#include "service/connection_reason.h"
 #include "service/status.h"
 
 namespace ndmap::coordinator {
@@ -100,7 +101,8 @@ absl::Status CallAll(const std::vector<Target>& targets, const std::vector<Reque
     if (!calls[i].ended.ok()) return calls[i].ended;
     const absl::Status status = service::FromGrpc(calls[i].status);
     if (!absl::IsUnavailable(status)) return status;
-    return absl::UnavailableError(absl::StrCat(targets[i].Name(), " is gone: ", status.message()));
+    return absl::UnavailableError(
+        absl::StrCat(targets[i].Name(), " is gone: ", service::ConnectionReason(status.message())));
   }
   return absl::OkStatus();
 }

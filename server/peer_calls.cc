@@ -4,6 +4,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "service/connection_reason.h"
 
 namespace ndmap::server {
 
@@ -15,21 +16,17 @@ std::vector<std::string> OtherServers(const BlockHost::MapInfo& info, const std:
   return {others.begin(), others.end()};
 }
 
-absl::Status FromPeer(const grpc::Status& status, const std::string& address) {
-  if (status.ok()) return absl::OkStatus();
+absl::Status FromServer(const grpc::Status& status, absl::string_view who) {
   const absl::Status plain = service::FromGrpc(status);
-  switch (status.error_code()) {
-    case grpc::StatusCode::UNAVAILABLE:
-    case grpc::StatusCode::DEADLINE_EXCEEDED:
-      return absl::Status(
-          plain.code(), absl::StrCat("the block server at ", address, " does not answer: ", plain.message()));
-    case grpc::StatusCode::NOT_FOUND:
-      // It was asked about a map of which it had blocks.
-      return absl::UnavailableError(
-          absl::StrCat("the block server at ", address, " has lost its blocks: ", plain.message()));
-    default:
-      return plain;
-  }
+  if (!absl::IsUnavailable(plain) && !absl::IsDeadlineExceeded(plain)) return plain;
+  return absl::Status(plain.code(),
+                      absl::StrCat(who, " does not answer: ", service::ConnectionReason(plain.message())));
+}
+
+absl::Status FromPeer(const grpc::Status& status, const std::string& address) {
+  const std::string who = absl::StrCat("the block server at ", address);
+  if (status.error_code() != grpc::StatusCode::NOT_FOUND) return FromServer(status, who);
+  return absl::UnavailableError(absl::StrCat(who, " has lost its blocks: ", status.error_message()));
 }
 
 }  // namespace ndmap::server

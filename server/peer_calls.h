@@ -50,7 +50,11 @@ class Caller {
 
 // Each once.
 std::vector<std::string> OtherServers(const BlockHost::MapInfo& info, const std::string& self);
-// What a server answered, or that it does not: UNAVAILABLE names it.
+// What was answered; of a server that was not reached, or in time, a sentence that begins with `who` ("the
+// block server at HOST:PORT"): the client is to learn which one, and knows only the one that it asked.
+absl::Status FromServer(const grpc::Status& status, absl::string_view who);
+// The same of a server that was asked about a map of which it had blocks: UNAVAILABLE when it has them no
+// more.
 absl::Status FromPeer(const grpc::Status& status, const std::string& address);
 
 template <class Request, class Response>

@@ -81,14 +81,9 @@ absl::StatusOr<std::vector<v1::AskBlockResponse>> RemoteBlocks::Ask(
   under_way.Wait();
   for (size_t k = 0; k < requests.size() && result.ok(); ++k) {
     if (calls[k] == nullptr || calls[k]->status.ok()) continue;
-    const grpc::StatusCode code = calls[k]->status.error_code();
-    const bool silent = code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::DEADLINE_EXCEEDED;
-    result = service::FromGrpc(calls[k]->status);
-    if (silent) {
-      result = absl::Status(result.code(), absl::StrCat("block ", requests[k].block(), " on the server at ",
-                                                        info_.addresses[requests[k].block()],
-                                                        " does not answer: ", result.message()));
-    }
+    const uint32_t block = requests[k].block();
+    result = FromServer(calls[k]->status,
+                        absl::StrCat("block ", block, " on the block server at ", info_.addresses[block]));
   }
   if (!result.ok()) return result;
   return answers;

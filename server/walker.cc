@@ -134,7 +134,8 @@ absl::Status Walker::Ask(const std::string& address, const v1::BetaRequest& requ
   if (gone()) return absl::CancelledError("the caller has gone");
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + PeerStubs::kDeadline);
-  return service::FromGrpc(peers_->To(address)->Beta(&context, request, &response));
+  return FromServer(peers_->To(address)->Beta(&context, request, &response),
+                    absl::StrCat("the block server at ", address));
 }
 
 absl::Status Walker::Beta(const v1::BetaRequest& request, const std::function<bool()>& gone,

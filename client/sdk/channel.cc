@@ -53,9 +53,10 @@ void SetDeadline(grpc::ClientContext& context, absl::Duration timeout) {
 
 namespace {
 
-// gRPC's sentence about a failed connection is long; its end is what matters: "...: Connection refused".
+// gRPC's sentence about a failed connection is long; its end is what matters: "...: Connection refused". What
+// the one who was asked says of another, whom it could not reach, begins otherwise and stays.
 std::string Unreachable(absl::string_view message, absl::string_view who) {
-  if (!absl::StrContains(message, "failed to connect") && !absl::StrContains(message, "DNS resolution")) {
+  if (!absl::StartsWith(message, "failed to connect") && !absl::StartsWith(message, "DNS resolution")) {
     return absl::StrCat(who, ": ", message);
   }
   const size_t last = message.rfind(": ");
@@ -72,6 +73,9 @@ absl::Status FromGrpc(const grpc::Status& status, absl::string_view who) {
     case grpc::StatusCode::UNAVAILABLE:
       return absl::Status(code, Unreachable(status.error_message(), who));
     case grpc::StatusCode::DEADLINE_EXCEEDED:
+      // gRPC's own words; others are of somebody whom the one who was asked waited for.
+      if (!status.error_message().empty() && status.error_message() != "Deadline Exceeded")
+        return absl::Status(code, absl::StrCat(who, ": ", status.error_message()));
       return absl::Status(code, absl::StrCat(who, " did not answer in time"));
     case grpc::StatusCode::UNIMPLEMENTED:
       return absl::Status(code, absl::StrCat(who, ": ",

@@ -219,6 +219,25 @@ TEST_F(ClientTest, NobodyThereIsOneSentenceAtOnce) {
   EXPECT_EQ(status.message(), "the coordinator at 127.0.0.1:1 cannot be reached: Connection refused");
 }
 
+TEST(FromGrpcTest, WhatTheOneWhoWasAskedSaysOfAnotherIsNotSaidOfIt) {
+  const auto said = [](grpc::StatusCode code, const std::string& message) {
+    return std::string(internal::FromGrpc(grpc::Status(code, message), "the block server at A:1").message());
+  };
+  const auto unavailable = grpc::StatusCode::UNAVAILABLE, late = grpc::StatusCode::DEADLINE_EXCEEDED;
+  const std::string grpc_says =
+      "failed to connect to all addresses; last error: UNKNOWN: ipv4:1.2.3.4:5: Failed to connect to remote "
+      "host: "
+      "Connection refused";
+  EXPECT_EQ(said(unavailable, grpc_says), "the block server at A:1 cannot be reached: Connection refused");
+  EXPECT_EQ(said(unavailable, "the block server at B:2 does not answer: " + grpc_says),
+            "the block server at A:1: the block server at B:2 does not answer: " + grpc_says);
+  EXPECT_EQ(said(unavailable, "DNS resolution failed for nowhere:1: no such name"),
+            "the block server at A:1 cannot be reached: no such name");
+  EXPECT_EQ(said(late, "Deadline Exceeded"), "the block server at A:1 did not answer in time");
+  EXPECT_EQ(said(late, "the block server at B:2 does not answer: Deadline Exceeded"),
+            "the block server at A:1: the block server at B:2 does not answer: Deadline Exceeded");
+}
+
 TEST_F(ClientTest, AnotherProtocolIsRefusedNamingBoth) {
   coordinator_.protocol = 77;
   const absl::Status status = Connect().status();
