@@ -2,12 +2,14 @@
 #include "server/block_answers.h"
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/refine/frame.h"
 #include "core/navigate/cell_shape.h"
 #include "core/navigate/dart_names.h"
+#include "core/navigate/nearest_search.h"
 #include "core/navigate/orbit.h"
 #include "server/block_version.h"
 #include "server/walk_answer.h"
@@ -19,6 +21,7 @@ namespace {
 // A step takes about a millisecond.
 constexpr size_t kDartsAStep = 2000;
 constexpr size_t kHexahedraAStep = 300;
+constexpr size_t kPartsAStep = 32;
 
 bool IsFinite(const v1::Point& p) {
   return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
@@ -244,6 +247,9 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
   // Cells of a mesh whose boxes meet that of the anchor that is looked at.
   std::vector<const CellIndex::Entry*> candidates;
   Box3 wanted;
+  // Of the anchor that is looked at; whether it has many cells to weigh, for which the block is let go.
+  std::optional<NearestSearch> nearest;
+  bool weighs = false;
   auto add = [&](DartIndex d, double distance, const CellId& id) {
     answer.add_anchors(static_cast<uint32_t>(next));
     answer.add_darts(d.value);
@@ -273,8 +279,8 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
       for (const CellIndex::Entry* entry : (*index)->Meeting(*box)) add(entry->reference, 0, CellId());
     } else if (anchor.has_nearest_vertex()) {
       if (!IsFinite(anchor.nearest_vertex())) return BadPoint(anchor.nearest_vertex());
-      const NearestVertex v = FindNearestVertex(block, **index, **initial, PointOf(anchor.nearest_vertex()));
-      if (v.dart.valid()) add(v.dart, v.distance, v.id);
+      nearest.emplace(**index, **initial, PointOf(anchor.nearest_vertex()));
+      return absl::OkStatus();
     } else if (anchor.at_case() == v1::Anchor::kBlock) {
       for (auto it = map.darts().begin(); it != map.darts().end(); ++it) {
         if (static_cast<uint64_t>(answer.darts_size()) > max_darts_) break;
@@ -285,11 +291,29 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
     }
     return few();
   };
+  // A step of the search for a nearest vertex; false when it has cells to weigh.
+  auto search = [&](Block3& block) {
+    if (!nearest->Step(block, kHexahedraAStep / kPartsAStep)) return true;
+    if (nearest->done()) {
+      const NearestVertex& v = nearest->nearest();
+      if (v.dart.valid()) add(v.dart, v.distance, v.id);
+      nearest.reset();
+    } else if (nearest->ChoosesQuickly()) {
+      nearest->Choose();
+    } else {
+      return false;
+    }
+    return true;
+  };
   auto step = [&](Block3& block) -> absl::StatusOr<bool> {
     if (absl::Status s = CheckUnchanged(block, (*index)->version()); !s.ok()) return s;
     CellNames<Block3> names(block.map(), **initial);
-    for (int k = 0; k < 32 && next < asked.request.find().anchors_size(); ++k) {
-      if (candidates.empty()) {
+    for (size_t k = 0; k < kPartsAStep && next < asked.request.find().anchors_size(); ++k) {
+      if (nearest.has_value()) {
+        weighs = !search(block);
+        if (weighs) return true;
+        if (absl::Status s = few(); !s.ok()) return s;
+      } else if (candidates.empty()) {
         if (absl::Status s = find(block, asked.request.find().anchors(next)); !s.ok()) return s;
       } else {
         const DartIndex d = candidates.back()->reference;
@@ -298,11 +322,16 @@ absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& respon
         if (CellMeets(block, names, cell, wanted)) add(d, 0, CellId());
         if (absl::Status s = few(); !s.ok()) return s;
       }
-      if (candidates.empty()) ++next;
+      if (candidates.empty() && !nearest.has_value()) ++next;
     }
     return next == asked.request.find().anchors_size();
   };
-  return host_->QuerySliced(asked.map(), asked.block(), step, asked.gone);
+  while (true) {
+    if (absl::Status s = host_->QuerySliced(asked.map(), asked.block(), step, asked.gone); !s.ok()) return s;
+    if (!weighs) return absl::OkStatus();
+    nearest->Choose();
+    weighs = false;
+  }
 }
 
 }  // namespace ndmap::server

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/cell_details.h"
+#include "server/nearest.h"
 
 namespace ndmap::server {
 namespace {
@@ -127,14 +128,7 @@ class Anchors {
     absl::StatusOr<std::vector<v1::AskBlockResponse>> answers = blocks_.Ask(std::move(requests));
     if (!answers.ok()) return answers.status();
     std::vector<bool> found(static_cast<size_t>(anchors_.anchors_size()));
-    // Of the blocks' nearest vertices the nearest of all, by distance and id.
-    struct Nearest {
-      double distance = std::numeric_limits<double>::infinity();
-      CellId id;
-      BlockId block;
-      DartIndex dart;
-    };
-    std::vector<Nearest> nearest(found.size());
+    std::vector<NearestOfBlock> nearest;
     for (size_t k = 0; k < answers->size(); ++k) {
       const BlockId block{asked[k].block()};
       const v1::FindAnswer& answer = (*answers)[k].find();
@@ -148,24 +142,19 @@ class Anchors {
           if (a < found.size()) found[a] = true;
           continue;
         }
-        const Nearest here{answer.distances(row), CellId::FromWords(answer.hi(row), answer.lo(row)), block,
-                           dart};
-        if (std::pair(here.distance, here.id) < std::pair(nearest[a].distance, nearest[a].id) ||
-            !nearest[a].block.valid()) {
-          nearest[a] = here;
-        }
+        nearest.push_back(
+            {a, answer.distances(row), CellId::FromWords(answer.hi(row), answer.lo(row)), block, dart});
       }
     }
     for (size_t a = 0; a < found.size(); ++a) {
       const v1::Anchor& anchor = anchors_.anchors(static_cast<int>(a));
-      if (nearest[a].block.valid()) set_.blocks[nearest[a].block].darts.push_back(nearest[a].dart);
       if (anchor.has_cell() && !found[a]) {
         return absl::NotFoundError(absl::StrCat(
             "the map has no cell ", CellId::FromWords(anchor.cell().hi(), anchor.cell().lo()).ToString(),
             " (it was split, removed, or never there)"));
       }
     }
-    return absl::OkStatus();
+    return ChooseNearest(blocks_, anchors_, std::move(nearest), set_);
   }
 
   RemoteBlocks& blocks_;

@@ -6,6 +6,7 @@
 #define BOOST_ALLOW_DEPRECATED_HEADERS
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -93,6 +94,61 @@ std::vector<std::pair<double, const CellIndex::Entry*>> CellIndex::Nearest(const
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
     return std::pair(a.first, a.second->key) < std::pair(b.first, b.second->key);
   });
+  return found;
+}
+
+bool CellIndex::IsFar(const Point3& point) const {
+  if (entries_.empty()) return false;
+  const TreeBox all = tree_->tree.bounds();
+  const Point3 lo = {bg::get<bg::min_corner, 0>(all), bg::get<bg::min_corner, 1>(all),
+                     bg::get<bg::min_corner, 2>(all)};
+  const Point3 hi = {bg::get<bg::max_corner, 0>(all), bg::get<bg::max_corner, 1>(all),
+                     bg::get<bg::max_corner, 2>(all)};
+  double extent = 0, away = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    extent = std::max(extent, hi[c] - lo[c]);
+    away = std::max({away, lo[c] - point[c], point[c] - hi[c]});
+  }
+  constexpr double kLarge = 1e150, kFar = 1e6;
+  return !(away < kFar * extent && extent < kLarge && extent > 1 / kLarge);
+}
+
+std::vector<const CellIndex::Entry*> CellIndex::PerhapsNearest(const Point3& point) const {
+  // Squared distances less that of the point from the origin, which is the same for all: |x|^2 - 2 x point.
+  // Of a box the least and the most, and how much rounding may have taken from either. A long double holds
+  // squares of all doubles.
+  struct Range {
+    long double least = 0, most = 0, error = 0;
+  };
+  const auto range = [&point](const TreeBox& box) {
+    const Point3 lo = {bg::get<bg::min_corner, 0>(box), bg::get<bg::min_corner, 1>(box),
+                       bg::get<bg::min_corner, 2>(box)};
+    const Point3 hi = {bg::get<bg::max_corner, 0>(box), bg::get<bg::max_corner, 1>(box),
+                       bg::get<bg::max_corner, 2>(box)};
+    Range r;
+    for (size_t c = 0; c < 3; ++c) {
+      const auto value = [&](double x) {
+        const long double wide = x;
+        return wide * (wide - 2 * static_cast<long double>(point[c]));
+      };
+      r.least += value(std::clamp(point[c], lo[c], hi[c]));
+      r.most += std::max(value(lo[c]), value(hi[c]));
+      const long double largest = std::max(std::abs(lo[c]), std::abs(hi[c]));
+      r.error += largest * (largest + 2 * std::abs(static_cast<long double>(point[c])));
+    }
+    r.error *= 16 * std::numeric_limits<long double>::epsilon();
+    return r;
+  };
+  long double enough = std::numeric_limits<long double>::infinity();
+  for (const auto& [box, entry] : tree_->tree) {
+    const Range r = range(box);
+    enough = std::min(enough, r.most + r.error);
+  }
+  std::vector<const Entry*> found;
+  for (const auto& [box, entry] : tree_->tree) {
+    const Range r = range(box);
+    if (!(r.least - r.error > enough)) found.push_back(&entries_[entry]);
+  }
   return found;
 }
 
@@ -233,30 +289,5 @@ DartIndex FindCell(BlockT& block, const CellIndex& index, const InitialCells& in
 
 template DartIndex FindCell(Block2&, const CellIndex&, const InitialCells&, const CellId&);
 template DartIndex FindCell(Block3&, const CellIndex&, const InitialCells&, const CellId&);
-
-template <class BlockT>
-NearestVertex FindNearestVertex(BlockT& block, const CellIndex& index, const InitialCells& initial,
-                                const Point3& point) {
-  NearestVertex best;
-  CellNames<BlockT> names(block.map(), initial);
-  index.ByDistance(point, [&](double distance, const CellIndex::Entry& entry) {
-    if (distance > best.distance) return false;
-    const size_t darts =
-        names.Look(block.map().template attribute<BlockT::n>(DartAt(block.map(), entry.reference)));
-    for (size_t i = 0; i < darts; ++i) {
-      const Point3 p = Frame<BlockT>::StartPoint(block.map(), names.dart(i));
-      double squared = 0;
-      for (int c = 0; c < 3; ++c) squared += (p[c] - point[c]) * (p[c] - point[c]);
-      if (squared > best.distance) continue;
-      const CellId id = names.Name(i, 0);
-      if (squared < best.distance || id < best.id) best = {squared, id, IndexOf(block.map(), names.dart(i))};
-    }
-    return true;
-  });
-  return best;
-}
-
-template NearestVertex FindNearestVertex(Block2&, const CellIndex&, const InitialCells&, const Point3&);
-template NearestVertex FindNearestVertex(Block3&, const CellIndex&, const InitialCells&, const Point3&);
 
 }  // namespace ndmap

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -37,17 +38,19 @@ class CellIndex {
   const Entry* At(const LatticePlace& place) const;
   // All cells whose box meets the closed box. O(log cells + answer).
   std::vector<const Entry*> Meeting(const Box3& box) const;
-  // Visits hexahedra by growing distance of their boxes from the point, until `visit` returns false. The
-  // distance is squared.
-  template <class Visit>
-  void ByDistance(const Point3& point, Visit visit) const;
+  // Up to `most` cells by growing distance of their boxes from the point, with the squared distance.
+  // O(most log cells).
+  std::vector<std::pair<double, const Entry*>> Nearest(const Point3& point, size_t most) const;
+  // Whether the point is so far from the cells, or all is so large or so small, that squared distances of
+  // boxes do not tell which is nearer.
+  bool IsFar(const Point3& point) const;
+  // Those that a vertex nearest to a point may be of: any point, also one far away. O(cells).
+  std::vector<const Entry*> PerhapsNearest(const Point3& point) const;
 
  private:
   friend class CellIndexBuilder;
   struct Tree;
   CellIndex();
-  // The `most` nearest.
-  std::vector<std::pair<double, const Entry*>> Nearest(const Point3& point, size_t most) const;
 
   uint64_t version_ = 0;
   std::vector<Entry> entries_;
@@ -76,27 +79,5 @@ class CellIndexBuilder {
 // darts of the hexahedra around).
 template <class BlockT>
 DartIndex FindCell(BlockT& block, const CellIndex& index, const InitialCells& initial, const CellId& id);
-
-// The vertex nearest to a point.
-struct NearestVertex {
-  // Squared; infinite in an empty block.
-  double distance = std::numeric_limits<double>::infinity();
-  CellId id;
-  DartIndex dart;
-};
-template <class BlockT>
-NearestVertex FindNearestVertex(BlockT& block, const CellIndex& index, const InitialCells& initial,
-                                const Point3& point);
-
-template <class Visit>
-void CellIndex::ByDistance(const Point3& point, Visit visit) const {
-  size_t done = 0;
-  for (size_t most = 16; done < entries_.size(); most *= 4) {
-    const auto nearest = Nearest(point, most);
-    for (; done < nearest.size(); ++done) {
-      if (!visit(nearest[done].first, *nearest[done].second)) return;
-    }
-  }
-}
 
 }  // namespace ndmap

@@ -268,6 +268,35 @@ TEST_F(ExploreTest, PlacesAreFound) {
     EXPECT_EQ(found.x(), 0.75);
     EXPECT_EQ(found.y(), 0.75);
     EXPECT_EQ(found.z(), 0.75);
+
+    // Wherever the point is: squared distances overflow, vanish, or are all the same number.
+    const std::vector<std::pair<Point3, Point3>> far = {{{1e200, 0, 0}, {2, 0, 0}},
+                                                        {{-1e200, 2, 2}, {0, 2, 2}},
+                                                        {{1e17, 0.4, 0}, {2, 0, 0}},
+                                                        {{0.5, 0.5, -1e200}, {0.5, 0.5, 0}},
+                                                        {{1.7e308, -1.7e308, 1.7e308}, {2, 0, 2}},
+                                                        {{1e-200, -1e-200, 0}, {0, 0, 0}},
+                                                        {{2, 2, 1e9}, {2, 2, 2}}};
+    for (const auto& [from, to] : far) {
+      v1::ExploreRequest question = details;
+      v1::Point& point = *question.mutable_anchors(0)->mutable_nearest_vertex();
+      point.set_x(from[0]);
+      point.set_y(from[1]);
+      point.set_z(from[2]);
+      const v1::ExploreResponse answer = MustAsk(question);
+      ASSERT_EQ(answer.cells_size(), 1) << from[0];
+      const v1::Point& at = answer.cells(0).points(0);
+      EXPECT_EQ((Point3{at.x(), at.y(), at.z()}), to) << from[0] << " " << from[1] << " " << from[2];
+    }
+    // Two are equally far: the lower id, in whichever blocks they are.
+    v1::ExploreRequest tie = nearest;
+    v1::Point& between = *tie.mutable_anchors(0)->mutable_nearest_vertex();
+    between.set_x(-1e200);
+    between.set_y(0.5);
+    between.set_z(2);
+    const CellId low = CellId::Parse("v4:4").value(), high = CellId::Parse("v4:6").value();
+    const Ids named = MustAskIds(Question(map, low, {0}, 0)), other = MustAskIds(Question(map, high, {0}, 0));
+    EXPECT_EQ(MustAskIds(tie), Ids{std::min(*named.begin(), *other.begin())});
   }
 }
 

@@ -134,6 +134,7 @@ TEST_P(NavigateMeshes, PointsBoxesAndNearestVertices) {
       for (DartIndex d : whole_.DartsOf(0, vertex)) EXPECT_TRUE(within.contains(whole_.NameOfDart(d)[3]));
     }
     navigation_.NearestVertex(p);
+    navigation_.NearestVertex({-1e200 * p[0], 1e200 * p[1], 1e160 * p[2]});
   }
 }
 

@@ -112,7 +112,10 @@ TEST_P(NavigateSurfaces, PointsBoxesAndNearestVertices) {
     EXPECT_EQ(navigation_.Located(p), hexahedra_at({p, p}));
     const Box3 box = navigation_.RandomBox(all);
     EXPECT_EQ(navigation_.Within(box), hexahedra_at(box));
-    navigation_.NearestVertex(navigation_.RandomPoint(all));
+    // From a point among the cells, and from one that is beyond the squares of doubles.
+    const Point3 from = navigation_.RandomPoint(all);
+    navigation_.NearestVertex(from);
+    navigation_.NearestVertex({1e200 * from[0], 1e200 * from[1], 1e200 * from[2]});
   }
 }
 

@@ -9,9 +9,9 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/geometry/compare_distance.h"
 #include "core/names/cell_names.h"
 #include "core/navigate/cell_shape.h"
 #include "tests/property/property_case.h"
@@ -286,18 +287,17 @@ class Navigation {
     return AskIds(within);
   }
   void NearestVertex(const Point3& p) {
-    std::pair<double, CellId> nearest = {std::numeric_limits<double>::infinity(), {}};
+    std::optional<std::pair<Point3, CellId>> nearest;
     for (const CellId& id : whole_.All(0)) {
       const Point3 q = whole_.PointOf(id);
-      double squared = 0;
-      for (int c = 0; c < 3; ++c) squared += (q[c] - p[c]) * (q[c] - p[c]);
-      nearest = std::min(nearest, {squared, id});
+      const int order = nearest ? CompareDistance(p, q, nearest->first) : -1;
+      if (order < 0 || (order == 0 && id < nearest->second)) nearest = {q, id};
     }
     v1::ExploreRequest near;
     Set(p, near.add_anchors()->mutable_nearest_vertex());
     near.set_give(v1::GIVE_CELLS);
     near.set_dimension(0);
-    EXPECT_EQ(AskIds(near), Ids{nearest.second});
+    EXPECT_EQ(AskIds(near), Ids{nearest->second});
   }
   Point3 RandomPoint(const Box3& in) {
     Point3 p;
