@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Commands that make, change, ask and delete maps of a running cluster.
+#include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/cell_report.h"
 #include "client/cli/command_create.h"
 #include "client/cli/context.h"
 #include "client/cli/grid_options.h"
 #include "client/cli/job_display.h"
 #include "client/cli/map_report.h"
 #include "client/cli/text.h"
+#include "core/algorithm/refine/oracle.h"
+#include "core/map/ids.h"
 
 namespace ndmap::cli {
 namespace {
@@ -37,6 +41,33 @@ struct RefineOptions {
   std::string oracle = "surface", lo, hi, centre, radius, size, cells;
 };
 
+absl::Status CheckBox(const std::string& lo_text, const std::string& hi_text) {
+  const auto lo = ParsePoint(lo_text), hi = ParsePoint(hi_text);
+  if (!lo.ok()) return absl::InvalidArgumentError(absl::StrCat("--lo: ", lo.status().message()));
+  if (!hi.ok()) return absl::InvalidArgumentError(absl::StrCat("--hi: ", hi.status().message()));
+  for (size_t c = 0; c < 3; ++c) {
+    if ((*lo)[c] <= (*hi)[c]) continue;
+    return absl::InvalidArgumentError(absl::StrCat("the box is empty: --lo is ", ExactNumber((*lo)[c]),
+                                                   " in ", std::string(1, "xyz"[c]),
+                                                   ", above --hi, which is ", ExactNumber((*hi)[c])));
+  }
+  return absl::OkStatus();
+}
+
+// Hexahedra of the depth and beyond are not refined: whoever lists one means a greater depth.
+absl::Status CheckListed(const std::string& text, int depth) {
+  const auto cells = ParseCellIds(text);
+  if (!cells.ok()) return absl::InvalidArgumentError(absl::StrCat("--cells: ", cells.status().message()));
+  if (cells->empty()) return absl::InvalidArgumentError("--cells lists no hexahedron");
+  const auto deepest = std::max_element(cells->begin(), cells->end(), [](const CellId& a, const CellId& b) {
+    return std::pair(a.level(), b) < std::pair(b.level(), a);
+  });
+  if (deepest->level() < depth) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("--cells: ", deepest->ToString(), " is of level ", deepest->level(), ", and --depth ",
+                   depth, " refines levels below ", depth, ": take --depth ", deepest->level() + 1));
+}
+
 // The oracle's parameters, or which one is missing or out of place.
 absl::StatusOr<std::vector<std::pair<std::string, std::string>>> OracleParameters(const RefineOptions& o) {
   const std::pair<const char*, const std::string*> all[] = {{"lo", &o.lo},         {"hi", &o.hi},
@@ -57,6 +88,12 @@ absl::StatusOr<std::vector<std::pair<std::string, std::string>>> OracleParameter
       return absl::InvalidArgumentError(absl::StrCat("--", name, " is not for --oracle ", o.oracle));
     }
     if (used) parameters.emplace_back(name, *value);
+  }
+  if (o.oracle == "box") {
+    if (absl::Status status = CheckBox(o.lo, o.hi); !status.ok()) return status;
+  }
+  if (o.oracle == "list") {
+    if (absl::Status status = CheckListed(o.cells, o.depth); !status.ok()) return status;
   }
   if (o.memory_limit > 0) parameters.emplace_back("memory_limit", absl::StrCat(o.memory_limit));
   return parameters;

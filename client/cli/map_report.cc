@@ -79,6 +79,24 @@ Json JobAsJson(const v1::Job& job) {
   return json;
 }
 
+namespace {
+
+// What a job on listed hexahedra did not find; empty: nothing.
+std::string MissingListed(const v1::Job& job) {
+  int64_t listed = 0, found = 0;
+  for (const v1::PhaseResult& result : job.results()) {
+    // What a phase that was stopped did not come to may be there all the same.
+    if (result.cancelled() || CountOf(result.report(), "stopped_by_memory") > 0) continue;
+    listed += CountOf(result.report(), "listed");
+    found += CountOf(result.report(), "listed_found");
+  }
+  if (listed == found) return "";
+  return absl::StrCat(FormatCount(listed - found), " of ", FormatCount(listed),
+                      " listed hexahedra were not found: they were split, removed, or never there");
+}
+
+}  // namespace
+
 std::string JobAsText(const v1::Job& job) {
   std::string text =
       absl::StrCat("job ", job.job(), " (", job.kind(), " of ", job.map(), "): ", StateName(job.state()),
@@ -89,6 +107,7 @@ std::string JobAsText(const v1::Job& job) {
                     CountOf(result.report(), "stopped_by_memory"),
                     " blocks; the map is valid as far as it goes\n");
   }
+  if (const std::string missing = MissingListed(job); !missing.empty()) absl::StrAppend(&text, missing, "\n");
   return text;
 }
 

@@ -18,6 +18,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ClusterTest : public ::testing::Test {
  protected:
@@ -119,7 +120,35 @@ TEST_F(ClusterTest, OraclesRefineWhatTheyShould) {
   EXPECT_EQ(refined({"--depth", "2", "--oracle", "everything", "--async"}), 108 * 8);
   EXPECT_EQ(Do({"check", "oracles"})["valid"], true);
   EXPECT_THAT(Fails({"refine", "oracles", "--oracle", "list", "--cells", "x7"}), HasSubstr("x7"));
+  EXPECT_THAT(Fails({"refine", "oracles", "--oracle", "box", "--lo", "0,2,0", "--hi", "1,1,1"}),
+              HasSubstr("the box is empty: --lo is 2.0 in y, above --hi, which is 1.0"));
+  EXPECT_THAT(Fails({"refine", "oracles", "--oracle", "list", "--cells", "h3 h3/0", "--depth", "1"}),
+              HasSubstr("--cells: h3/0 is of level 1, and --depth 1 refines levels below 1: take --depth 2"));
+  EXPECT_THAT(Fails({"refine", "oracles", "--oracle", "list", "--cells", " "}), HasSubstr("no hexahedron"));
   Do({"delete", "oracles"});
+}
+
+TEST_F(ClusterTest, ListedHexahedraThatNobodyHasAreTold) {
+  Create("listed");
+  const auto refine = [&](const std::string& cells, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"refine", "listed",  "--oracle", "list",          "--cells",
+                                          cells,    "--depth", "2",        "--coordinator", *coordinator_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = Ndmap(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  // A child that the same job makes is found, in a phase of its own or in the same.
+  EXPECT_THAT(refine("h0 h107 h0/3"), Not(HasSubstr("not found")));
+  EXPECT_THAT(refine("h1 h106 h1/3", {"--async"}), Not(HasSubstr("not found")));
+  EXPECT_THAT(refine("h0 h2 h108 h9999/1"),
+              HasSubstr("3 of 4 listed hexahedra were not found: they were split, removed, or never there"));
+  EXPECT_THAT(refine("h5000", {"--async"}), HasSubstr("1 of 1 listed hexahedra were not found"));
+  const json job = Do({"refine", "listed", "--oracle", "list", "--cells", "h3 h200", "--depth", "1"});
+  EXPECT_EQ(job["phases"][0]["counts"]["listed"], 2);
+  EXPECT_EQ(job["phases"][0]["counts"]["listed_found"], 1);
+  EXPECT_THAT(Fails({"jobs", "--map", "nosuch"}), HasSubstr("there is no map \"nosuch\""));
+  Do({"delete", "listed"});
 }
 
 TEST_F(ClusterTest, AJobCanBeStartedWatchedAndCancelled) {

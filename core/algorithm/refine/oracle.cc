@@ -92,6 +92,9 @@ class ListOracle final : public RefineOracle {
   explicit ListOracle(absl::flat_hash_set<CellId> cells) : cells_(std::move(cells)) {}
   bool Refine(const CellId& id, const std::array<Point3, 8>&) override { return cells_.contains(id); }
   bool Lists(const CellId& id) const override { return cells_.contains(id); }
+  std::optional<size_t> CountListed(absl::FunctionRef<bool(const CellId&)> wanted) const override {
+    return std::count_if(cells_.begin(), cells_.end(), wanted);
+  }
 
  private:
   const absl::flat_hash_set<CellId> cells_;
@@ -141,6 +144,12 @@ absl::StatusOr<std::unique_ptr<RefineOracle>> MakeOracle(const Parameters& param
     if (!lo.ok()) return lo.status();
     absl::StatusOr<Point3> hi = PointParameter(parameters, "hi");
     if (!hi.ok()) return hi.status();
+    for (size_t c = 0; c < 3; ++c) {
+      if ((*lo)[c] <= (*hi)[c]) continue;
+      return absl::InvalidArgumentError(absl::StrCat("an empty box: parameter 'lo' is ", (*lo)[c], " in ",
+                                                     std::string(1, "xyz"[c]), ", above 'hi', which is ",
+                                                     (*hi)[c]));
+    }
     return std::make_unique<BoxOracle>(Box3{*lo, *hi});
   }
   if (name == "sphere") {
@@ -148,6 +157,9 @@ absl::StatusOr<std::unique_ptr<RefineOracle>> MakeOracle(const Parameters& param
     if (!centre.ok()) return centre.status();
     absl::StatusOr<double> radius = parameters.Real("radius");
     if (!radius.ok()) return radius.status();
+    if (*radius < 0) {
+      return absl::InvalidArgumentError(absl::StrCat("parameter 'radius' is ", *radius, ", below 0"));
+    }
     return std::make_unique<SphereOracle>(*centre, *radius);
   }
   if (name == "size") {

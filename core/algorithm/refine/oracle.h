@@ -3,8 +3,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
+#include <optional>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "core/algorithm/block_algorithm.h"
 #include "core/algorithm/parameters.h"
@@ -23,6 +26,10 @@ class RefineOracle {
   virtual bool tells_cut() const { return false; }
   // Whether it was given this cell by its id: then one that cannot be refined is an error.
   virtual bool Lists(const CellId&) const { return false; }
+  // How many of the cells that it was given by their ids are wanted; none if it was not given ids.
+  virtual std::optional<size_t> CountListed(absl::FunctionRef<bool(const CellId&)> /*wanted*/) const {
+    return std::nullopt;
+  }
 };
 
 // The oracles, by parameter "oracle":

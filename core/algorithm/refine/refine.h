@@ -18,7 +18,9 @@
 // cells: numbers modulo 8), so that a level is refined a part at a time; oracle and its parameters
 // (oracle.h); memory_limit: accounted bytes above which no own refinement begins (0: none). Counts: refined,
 // refined_at_boundary (those with a face that another block has, too), cells_tested, messages_kept,
-// stopped_by_memory (0 or 1), accounted_bytes.
+// stopped_by_memory (0 or 1), accounted_bytes; of an oracle that was given a list also listed (ids in it that
+// the phase refines if they are there, told by block 0 alone so that the sum counts each once) and
+// listed_found (those that this block had, when the phase began or since).
 #pragma once
 
 #include <memory>
@@ -112,11 +114,7 @@ class Refine final : public BlockAlgorithm {
         if (oracle_->Lists(info.id)) status.Update(NotRefined(info.id, info.kind));
         return;
       }
-      const int level = info.id.level();
-      if (level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level) &&
-          (options_.children >> ChildNumber(info.id) & 1) != 0) {
-        todo_.push_back(cell);
-      }
+      if (IsOfPhase(info.id)) todo_.push_back(cell);
     });
     if (!status.ok()) return status;
     return all;
@@ -150,6 +148,7 @@ class Refine final : public BlockAlgorithm {
       ++steps;
       ++tested_;
       const bool refine = oracle_->Refine(info.id, frame.Corners(map_));
+      if (oracle_->Lists(info.id)) ++listed_found_;
       // A side that is known already stays known.
       if (oracle_->tells_cut() && (refine || info.state == CellState::kUnknown)) {
         const CellState state = refine ? CellState::kCut : CellState::kClear;
@@ -191,6 +190,11 @@ class Refine final : public BlockAlgorithm {
     report.counts["messages_kept"] = ever_kept_;
     report.counts["stopped_by_memory"] = stopped_by_memory_ ? 1 : 0;
     report.counts["accounted_bytes"] = static_cast<int64_t>(block_.AccountedBytes());
+    const auto listed = oracle_->CountListed([this](const CellId& id) { return IsOfPhase(id); });
+    if (listed.has_value()) {
+      report.counts["listed"] = block_.id().value == 0 ? static_cast<int64_t>(*listed) : 0;
+      report.counts["listed_found"] = listed_found_;
+    }
     return report;
   }
 
@@ -202,6 +206,13 @@ class Refine final : public BlockAlgorithm {
   static size_t SplitBytes(const BlockT& block) {
     constexpr size_t kDarts = 640, kVertices = 64, kCells = 8, kLabels = 32;
     return BytesToGrow(block, kDarts, kVertices, kCells) + kLabels * LabelTable<Dart>::kMostBytes;
+  }
+
+  // Whether cells of this id are refined in this phase if the oracle says so.
+  bool IsOfPhase(const CellId& id) const {
+    const int level = id.level();
+    return level < options_.depth && (options_.level == Options::kAllLevels || level == options_.level) &&
+           (options_.children >> ChildNumber(id) & 1) != 0;
   }
 
   static unsigned ChildNumber(const CellId& id) {
@@ -371,6 +382,7 @@ class Refine final : public BlockAlgorithm {
   int64_t refined_ = 0;
   int64_t refined_at_boundary_ = 0;
   int64_t tested_ = 0;
+  int64_t listed_found_ = 0;
   bool stopped_by_memory_ = false;
 };
 
