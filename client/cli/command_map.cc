@@ -230,8 +230,9 @@ void AddDelete(CLI::App& app, Action& action) {
       if (!status.ok()) return status;
       const std::string& surface = map->info().surface_id();
       if (!surface.empty()) status = client->DeleteSurface(surface);
-      // FAILED_PRECONDITION: another map uses it.
-      if (!status.ok() && !absl::IsFailedPrecondition(status)) return status;
+      // FAILED_PRECONDITION: another map uses it. NOT_FOUND: whoever deleted another map of it at the same
+      // time was faster.
+      if (!status.ok() && !absl::IsFailedPrecondition(status) && !absl::IsNotFound(status)) return status;
       context.Print({{"deleted", *name}, {"surface_deleted", !surface.empty() && status.ok()}},
                     absl::StrCat(*name, " is deleted\n"));
       return 0;

@@ -182,13 +182,22 @@ void PrintStats(Context& context, const v1::Map& map, const std::vector<v1::Bloc
   context.Print(json, text);
 }
 
+namespace {
+
+// A map that is whole as far as the coordinator remembers may have lost blocks with their server.
+std::string StateOf(const v1::Map& map) {
+  return map.state() == v1::MAP_STATE_READY && !map.error().empty() ? "lost" : StateName(map.state());
+}
+
+}  // namespace
+
 void PrintMaps(Context& context, const std::vector<v1::Map>& maps) {
   Json json{{"maps", Json::array()}};
   Table table({"<map", "<state", "blocks", "grid", "<routing", "<partition", "jobs"});
   for (const v1::Map& map : maps) {
     const std::string routing = map.routing() == v1::ROUTING_BROADCAST ? "broadcast" : "direct";
     json["maps"].push_back({{"map", map.map()},
-                            {"state", StateName(map.state())},
+                            {"state", StateOf(map)},
                             {"error", map.error()},
                             {"blocks", map.block_count()},
                             {"grid", GridText(map.grid())},
@@ -198,7 +207,7 @@ void PrintMaps(Context& context, const std::vector<v1::Map>& maps) {
                             {"surface_id", map.surface_id()},
                             {"running_jobs", Json(std::vector<uint64_t>(map.running_jobs().begin(),
                                                                         map.running_jobs().end()))}});
-    table.Add({map.map(), StateName(map.state()), absl::StrCat(map.block_count()), MadeFrom(map), routing,
+    table.Add({map.map(), StateOf(map), absl::StrCat(map.block_count()), MadeFrom(map), routing,
                map.partition(), absl::StrCat(map.running_jobs_size())});
   }
   context.Print(json, table.Text());
