@@ -78,6 +78,12 @@ grpc::Status CoordinatorServiceImpl::RegisterServer(grpc::ServerContext* context
   return grpc::Status::OK;
 }
 
+grpc::Status CoordinatorServiceImpl::UnregisterServer(grpc::ServerContext*,
+                                                      const v1::UnregisterServerRequest* request,
+                                                      v1::UnregisterServerResponse*) {
+  return ToGrpc(state_->Unregister(request->server_id(), request->incarnation()));
+}
+
 grpc::Status CoordinatorServiceImpl::Heartbeat(grpc::ServerContext*, const v1::HeartbeatRequest* request,
                                                v1::HeartbeatResponse* response) {
   return ToGrpc(state_->Heartbeat(*request, response));

@@ -46,6 +46,8 @@ class CoordinatorServiceImpl final : public v1::Coordinator::Service {
                                v1::GetProcessStatsResponse*) override;
   grpc::Status RegisterServer(grpc::ServerContext*, const v1::RegisterServerRequest*,
                               v1::RegisterServerResponse*) override;
+  grpc::Status UnregisterServer(grpc::ServerContext*, const v1::UnregisterServerRequest*,
+                                v1::UnregisterServerResponse*) override;
   grpc::Status Heartbeat(grpc::ServerContext*, const v1::HeartbeatRequest*, v1::HeartbeatResponse*) override;
   grpc::Status ListServers(grpc::ServerContext*, const v1::ListServersRequest*,
                            v1::ListServersResponse*) override;

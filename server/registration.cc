@@ -34,8 +34,8 @@ absl::Status Registration::Register(absl::Time deadline) {
     return absl::UnavailableError(absl::StrCat("no coordinator answers at ", coordinator_));
   }
   if (!status.ok()) return service::FromGrpc(status);
-  if (absl::Status s = service::CheckVersion(request_.version(), response.version()); !s.ok()) return s;
   registered_ = response;
+  if (absl::Status s = service::CheckVersion(request_.version(), response.version()); !s.ok()) return s;
   spdlog::info("registered at {} as server {}", coordinator_, response.server_id());
   return absl::OkStatus();
 }
@@ -58,6 +58,23 @@ void Registration::Stop() {
     stopping_ = true;
   }
   if (thread_.joinable()) thread_.join();
+  SayGoodbye();
+}
+
+void Registration::SayGoodbye() {
+  // Nobody waits long for a coordinator that is gone, too.
+  constexpr absl::Duration kPatience = absl::Seconds(1);
+  if (registered_.incarnation() == 0) return;
+  grpc::ClientContext context;
+  context.set_deadline(absl::ToChronoTime(absl::Now() + kPatience));
+  v1::UnregisterServerRequest request;
+  request.set_server_id(registered_.server_id());
+  request.set_incarnation(registered_.incarnation());
+  v1::UnregisterServerResponse response;
+  const grpc::Status status = stub_->UnregisterServer(&context, request, &response);
+  if (!status.ok())
+    spdlog::info("the coordinator at {} was not told: {}", coordinator_, status.error_message());
+  registered_.Clear();
 }
 
 void Registration::KeepAlive() {

@@ -33,9 +33,11 @@ class Registration {
   // The first registration. Waits at most `timeout` for the coordinator, and while a server that had the
   // address may be alive for the end of its lease; the error is one sentence.
   absl::Status Begin(absl::Duration timeout);
+  // Ends the heartbeats and says goodbye, so that nobody waits for the end of the lease.
   void Stop();
 
  private:
+  void SayGoodbye();
   absl::Status Register(absl::Time deadline);
   void KeepAlive();
   // One heartbeat.

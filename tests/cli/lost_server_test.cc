@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "client/sdk/client.h"
 #include "client/sdk/explore.h"
 #include "client/sdk/navigator.h"
@@ -97,6 +99,19 @@ TEST_F(LostServerTest, ANavigatorSaysThatItCannotGoOn) {
 TEST_F(LostServerTest, TheCommandLineSaysSoInOneLine) {
   Kill();
   EXPECT_THAT(cluster_.Fails({"orbit", "big", "0:1", "-i", "0"}), HasSubstr("ndmap orbit: the "));
+}
+
+TEST_F(LostServerTest, MapsOfAServerThatWasStoppedAreShownAsLost) {
+  EXPECT_EQ(cluster_.Do({"maps"})["maps"][0]["state"], "ready");
+  EXPECT_EQ(kill(pid_, SIGTERM), 0);
+  nlohmann::json map;
+  const absl::Time end = absl::Now() + absl::Minutes(1);
+  do {
+    map = cluster_.Do({"maps"})["maps"][0];
+  } while (map["state"] == "ready" && absl::Now() < end);
+  EXPECT_EQ(map["state"], "lost");
+  // It has said so: nobody waited for the end of its lease.
+  EXPECT_THAT(map["error"].get<std::string>(), HasSubstr("was stopped and has lost its blocks"));
 }
 
 }  // namespace

@@ -109,5 +109,33 @@ TEST(RegistrationTest, AServerThatWasStoppedIsGoneAtOnceAndItsAddressIsFree) {
   EXPECT_TRUE(state.Servers()[0].alive());
 }
 
+TEST(RegistrationTest, AServerThatStopsSaysSo) {
+  Cluster cluster(2, Lease(absl::Seconds(1000)));
+  ASSERT_EQ(cluster.Create(Cluster::GridRequest("m", 2)).state(), v1::JOB_STATE_DONE);
+  const std::string stopped = cluster.server(1).address();
+  cluster.server(1).Stop();
+  grpc::ClientContext context;
+  v1::ListServersResponse servers;
+  ASSERT_TRUE(cluster.stub().ListServers(&context, {}, &servers).ok());
+  ASSERT_EQ(servers.servers_size(), 2);
+  for (const v1::Server& server : servers.servers()) EXPECT_EQ(server.alive(), server.address() != stopped);
+  const std::string gone = absl::StrCat("(", stopped, ") was stopped and has lost its blocks");
+  grpc::ClientContext maps_context;
+  v1::ListMapsResponse maps;
+  ASSERT_TRUE(cluster.stub().ListMaps(&maps_context, {}, &maps).ok());
+  EXPECT_THAT(maps.maps(0).error(), HasSubstr(gone));
+  EXPECT_THAT(cluster.Run("m", {{"peek", {}}}).error(), HasSubstr(gone));
+  // New maps are placed on those that are there.
+  EXPECT_EQ(cluster.Create(Cluster::GridRequest("n", 2)).state(), v1::JOB_STATE_DONE);
+  // And another server may have its address at once.
+  server::BlockServerOptions next;
+  next.coordinator = cluster.coordinator().address();
+  next.listen = stopped;
+  next.host.factory = MakeTestAlgorithm;
+  next.host.threads = 1;
+  const auto back = server::BlockServer::Start(std::move(next));
+  EXPECT_TRUE(back.ok()) << back.status();
+}
+
 }  // namespace
 }  // namespace ndmap
