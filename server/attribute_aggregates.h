@@ -3,13 +3,14 @@
 #pragma once
 
 #include <functional>
-#include <optional>
+#include <memory>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/attributes/aggregate.h"
 #include "server/attribute_rows.h"
-#include "server/peer_calls.h"
+#include "server/part_stream.h"
 
 namespace ndmap::server {
 
@@ -21,18 +22,21 @@ class AttributeAggregates {
   // For a client: of all blocks. Begins again some times when it is ABORTED. Blocking.
   absl::Status Aggregate(const v1::AggregateRequest& question, const Caller& caller,
                          v1::AggregateResponse& response) const;
-  // For another server: of the blocks here.
+  // For another server: of the blocks here. Writes sums, then cells without rows that other servers may have.
   absl::Status AggregateBlocks(const v1::AggregateBlocksRequest& request, const Caller& caller,
-                               v1::AggregateBlocksResponse& response) const;
+                               const std::function<bool(const v1::AggregateBlocksResponse&)>& write) const;
 
  private:
   struct Part {
     Aggregates aggregates;
-    // Of the name, when there is one.
-    std::optional<AskedColumn> column;
-    uint64_t update = 0;
+    AttributeRows::Columns columns;
+    // Not in the sums: cells without rows that other servers may have. Ascending.
+    std::vector<FoundCell> found;
   };
+  using Stream = PartStream<v1::AggregateBlocksResponse>;
   absl::StatusOr<Part> Here(const v1::AggregateRequest& question, const Caller& caller) const;
+  absl::Status Add(const v1::AggregateRequest& question, Stream& stream, Part& part,
+                   std::vector<std::unique_ptr<FoundSource>>& sources) const;
   absl::Status Once(const v1::AggregateRequest& question, const Caller& caller,
                     v1::AggregateResponse& response) const;
 

@@ -8,9 +8,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
-#include "core/algorithm/refine/frame.h"
-#include "core/attributes/aggregate.h"
+#include "core/attributes/cell_measure.h"
 #include "server/cell_details.h"
 #include "service/attributes.h"
 
@@ -20,7 +18,15 @@ namespace {
 using Kind = AskedColumn::Kind;
 
 constexpr int kMaxNames = 64;
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+Point3 CentreOf(Block3& block, DartIndex dart, unsigned dimension) {
+  auto& map = block.map();
+  return CellMeasure<Block3>(map).CentreOf(DartAt(map, dart), dimension);
+}
+double VolumeOf(Block3& block, DartIndex dart) {
+  auto& map = block.map();
+  return CellMeasure<Block3>(map).VolumeOf(map.attribute<3>(DartAt(map, dart)));
+}
 
 struct BuiltIn {
   absl::string_view name;
@@ -36,31 +42,11 @@ constexpr BuiltIn kBuiltIns[] = {{"@point", Kind::kPoint, ValueType::kVec3, fals
                                  {"@state", Kind::kState, ValueType::kCategory, true}};
 
 absl::Status NoAttribute(const AttributeTable& table, unsigned dimension, const std::string& name) {
-  const std::string there = absl::StrJoin(table.columns(), ", ", [](std::string* out, const auto& c) {
-    absl::StrAppend(out, c->definition().name);
-  });
+  std::string there;
+  for (const auto& column : table.columns()) absl::StrAppend(&there, column->definition().name, ", ");
   return absl::NotFoundError(absl::StrCat(
       "no attribute \"", absl::CHexEscape(name.substr(0, 128)), "\" of cells of dimension ", dimension,
-      "; there are ", there, ", @point, @level, @block", dimension == 3 ? ", @volume, @state" : ""));
-}
-
-// Sorted first, so that no order of the values matters.
-template <size_t n>
-double Mean(std::array<double, n> values) {
-  std::sort(values.begin(), values.end());
-  double sum = 0;
-  for (double v : values) sum += v;
-  return sum / n;
-}
-template <size_t n>
-Point3 Mean(const std::array<Point3, n>& points) {
-  Point3 mean;
-  for (size_t c = 0; c < 3; ++c) {
-    std::array<double, n> values;
-    for (size_t i = 0; i < n; ++i) values[i] = points[i][c];
-    mean[c] = Mean(values);
-  }
-  return mean;
+      "; there are ", there, "@point, @level, @block", dimension == 3 ? ", @volume, @state" : ""));
 }
 
 }  // namespace
@@ -79,10 +65,6 @@ absl::StatusOr<std::vector<AskedColumn>> ResolveColumns(const AttributeStore& st
     return absl::InvalidArgumentError(absl::StrCat(names.size(), " names, expected at most ", kMaxNames));
   }
   const AttributeTable& table = store.table(dimension);
-  if (table.columns().empty()) {
-    return absl::FailedPreconditionError(absl::StrCat("the map has no attribute of cells of dimension ",
-                                                      dimension, ": define one first (DefineAttribute)"));
-  }
   std::vector<AskedColumn> columns;
   for (const std::string& name : names) {
     if (const Column* there = table.Find(name); there != nullptr) {
@@ -112,11 +94,11 @@ absl::StatusOr<RowView> RowView::Make(Block3& block, const AttributeStore& store
         " has changed since its attributes were brought up to date, so points, volumes and states of its "
         "cells cannot be told until the job that changes the map has ended"));
   }
-  RowView view(block, store.table(dimension), dimension, columns);
+  RowView view(&block, &store.table(dimension), dimension, columns);
   for (const AskedColumn& column : columns) {
     const Column* attribute = nullptr;
     if (column.kind == Kind::kAttribute) {
-      attribute = view.table().Find(column.name);
+      attribute = store.table(dimension).Find(column.name);
       if (attribute == nullptr || attribute->definition().type != column.type) {
         return absl::AbortedError(
             absl::StrCat("attribute ", column.name, " was dropped or defined anew: ask again"));
@@ -127,20 +109,28 @@ absl::StatusOr<RowView> RowView::Make(Block3& block, const AttributeStore& store
   return view;
 }
 
+RowView RowView::Of(Block3* block, unsigned dimension, const std::vector<AskedColumn>& columns,
+                    absl::Span<const FoundCell> cells) {
+  RowView view(block, nullptr, dimension, columns);
+  view.cells_ = cells;
+  view.attributes_.resize(columns.size());
+  return view;
+}
+
 ValueWords RowView::Get(size_t column, uint32_t row) const {
   switch ((*columns_)[column].kind) {
     case Kind::kAttribute:
       return attributes_[column]->Get(row);
     case Kind::kPoint: {
-      const Point3 p = CentreOf(*block_, table_->dart(row), dimension_);
+      const Point3 p = block_ == nullptr ? cells_[row].point : CentreOf(*block_, dart(row), dimension_);
       return {std::bit_cast<uint64_t>(p[0]), std::bit_cast<uint64_t>(p[1]), std::bit_cast<uint64_t>(p[2])};
     }
     case Kind::kLevel:
-      return {static_cast<uint64_t>(table_->id(row).level()), 0, 0};
+      return {static_cast<uint64_t>(id(row).level()), 0, 0};
     case Kind::kBlock:
-      return {block_->id().value, 0, 0};
+      return {block_of(row), 0, 0};
     case Kind::kVolume:
-      return {std::bit_cast<uint64_t>(VolumeOf(*block_, table_->dart(row))), 0, 0};
+      return {std::bit_cast<uint64_t>(VolumeOf(*block_, dart(row))), 0, 0};
     case Kind::kState:
       break;
   }
@@ -150,40 +140,12 @@ ValueWords RowView::Get(size_t column, uint32_t row) const {
 uint64_t RowView::CodeOf(size_t column, uint32_t row) const {
   if (attributes_[column] != nullptr) return attributes_[column]->Get(row)[0];
   auto& map = block_->map();
-  return static_cast<uint64_t>(map.info<3>(DartAt(map, table_->dart(row))).state);
+  return static_cast<uint64_t>(map.info<3>(DartAt(map, dart(row))).state);
 }
 
 absl::string_view RowView::TextOf(size_t column, uint64_t code) const {
   if (attributes_[column] != nullptr) return attributes_[column]->Text(code);
   return StateName(static_cast<CellState>(code));
-}
-
-Point3 CentreOf(Block3& block, DartIndex dart, unsigned dimension) {
-  using F = Frame<Block3>;
-  auto& map = block.map();
-  const auto d = DartAt(map, dart);
-  if (dimension == 0) return F::StartPoint(map, d);
-  if (dimension == 1) {
-    return Mean(std::array<Point3, 2>{F::StartPoint(map, d), F::StartPoint(map, map.beta<1>(d))});
-  }
-  // Of cells of other kinds not known yet.
-  if (dimension == 3 && map.info<3>(d).kind != CellKind::kHexahedron) return {kUnknown, kUnknown, kUnknown};
-  if (dimension == 3) return Mean(F::Of(map, map.attribute<3>(d)).Corners(map));
-  std::array<Point3, 4> corners{};
-  const int level = F::FaceLevel(map, d);
-  size_t count = 0;
-  auto e = d;
-  do {
-    if (F::StartLevel(map, e) <= level && count < corners.size()) corners[count++] = F::StartPoint(map, e);
-    e = map.beta<1>(e);
-  } while (e != d);
-  return Mean(corners);
-}
-
-double VolumeOf(Block3& block, DartIndex dart) {
-  auto& map = block.map();
-  if (map.info<3>(DartAt(map, dart)).kind != CellKind::kHexahedron) return kUnknown;
-  return HexahedronVolume(Frame<Block3>::Of(map, map.attribute<3>(DartAt(map, dart))).Corners(map));
 }
 
 PartBuilder::PartBuilder(const std::vector<AskedColumn>& columns) : columns_(columns) {

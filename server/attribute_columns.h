@@ -2,7 +2,6 @@
 // What the names of a question about values mean: attributes, and what the map itself knows of its cells.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "core/attributes/table.h"
 #include "core/geometry/surface.h"
 #include "core/map/block.h"
@@ -33,20 +33,43 @@ struct AskedColumn {
   bool of_map() const { return kind == Kind::kPoint || kind == Kind::kVolume || kind == Kind::kState; }
 };
 
-// FAILED_PRECONDITION: no attribute of the dimension is defined. NOT_FOUND: no such attribute.
-// INVALID_ARGUMENT: too many names, or one that is not for this dimension.
+// NOT_FOUND: no such attribute. INVALID_ARGUMENT: too many names, or one that is not for this dimension.
 absl::StatusOr<std::vector<AskedColumn>> ResolveColumns(const AttributeStore& store, unsigned dimension,
                                                         const Names& names);
 
-// The rows of a dimension in one block, for one step.
+// A cell of a dimension that has no attributes, and so no rows.
+struct FoundCell {
+  CellId id;
+  DartIndex dart;
+  uint32_t block = 0;
+  // Only where it is asked for and the block is not at hand.
+  Point3 point{};
+};
+
+// The rows of a dimension in one block, for one step; or cells that were found without rows.
 class RowView {
  public:
   // ABORTED: they are being brought up to date, the columns are no more what they were, or the block has
   // changed since (when something `of_map` is asked, or `whole`).
   static absl::StatusOr<RowView> Make(Block3& block, const AttributeStore& store, unsigned dimension,
                                       const std::vector<AskedColumn>& columns, bool whole = false);
+  // All outlive the view. `block`: whose cells they are, at the version at which they were found; null: of
+  // any blocks, and what is asked of them is points, levels and blocks.
+  static RowView Of(Block3* block, unsigned dimension, const std::vector<AskedColumn>& columns,
+                    absl::Span<const FoundCell> cells);
 
-  const AttributeTable& table() const { return *table_; }
+  size_t size() const { return table_ == nullptr ? cells_.size() : table_->size(); }
+  CellId id(uint32_t row) const { return table_ == nullptr ? cells_[row].id : table_->id(row); }
+  DartIndex dart(uint32_t row) const { return table_ == nullptr ? cells_[row].dart : table_->dart(row); }
+  uint32_t block_of(uint32_t row) const { return table_ == nullptr ? cells_[row].block : block_->id().value; }
+  // Another block has the cell, too, and counts it.
+  bool CountsElsewhere(uint32_t row) const {
+    return table_ != nullptr && table_->Is(row, AttributeTable::kElsewhere);
+  }
+  // kNoRow where there are no rows.
+  uint32_t Find(const CellId& id) const {
+    return table_ == nullptr ? AttributeTable::kNoRow : table_->Find(id);
+  }
   Block3& block() const { return *block_; }
   // A number.
   ValueWords Get(size_t column, uint32_t row) const;
@@ -55,22 +78,18 @@ class RowView {
   absl::string_view TextOf(size_t column, uint64_t code) const;
 
  private:
-  RowView(Block3& block, const AttributeTable& table, unsigned dimension,
+  RowView(Block3* block, const AttributeTable* table, unsigned dimension,
           const std::vector<AskedColumn>& columns)
-      : block_(&block), table_(&table), dimension_(dimension), columns_(&columns) {}
+      : block_(block), table_(table), dimension_(dimension), columns_(&columns) {}
 
   Block3* block_;
   const AttributeTable* table_;
+  absl::Span<const FoundCell> cells_;
   unsigned dimension_;
   const std::vector<AskedColumn>* columns_;
   // By column; null for what the map knows.
   std::vector<const Column*> attributes_;
 };
-
-// The mean of the corners of the cell that the dart belongs to: the same bits whatever dart of it that is.
-Point3 CentreOf(Block3& block, DartIndex dart, unsigned dimension);
-// Of the hexahedron that the dart belongs to.
-double VolumeOf(Block3& block, DartIndex dart);
 
 // Fills a part of an answer, row by row; texts are shared by the part.
 class PartBuilder {

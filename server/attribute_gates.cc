@@ -21,7 +21,7 @@ absl::Status InPhase() {
 }  // namespace
 
 absl::Status AttributesChanged() {
-  return absl::AbortedError("the map\'s attributes were brought up to date during the question: ask again");
+  return absl::AbortedError("the map or its attributes changed during the question: ask again");
 }
 
 absl::Status AttributeGates::BeginPart() {

@@ -16,7 +16,8 @@
 
 namespace ndmap::server {
 
-// ABORTED: the answer to a question between whose parts the phase "attributes" ran.
+// ABORTED: the answer to a question between whose parts the phase "attributes" ran, or one that changed a map
+// whose cells have no attributes.
 absl::Status AttributesChanged();
 
 class AttributeGates {

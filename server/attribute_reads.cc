@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "server/attribute_gates.h"
+#include "server/found_cells.h"
 
 namespace ndmap::server {
 namespace {
@@ -14,38 +15,15 @@ namespace {
 constexpr int kReadAttempts = 5;
 constexpr absl::Duration kPause = absl::Milliseconds(10);
 
-using BlockReader = grpc::ClientReader<v1::ReadBlocksResponse>;
+using Stream = PartStream<v1::ReadBlocksResponse>;
 
-// A stream of parts from another server.
-struct PartStream {
-  std::string address;
-  std::shared_ptr<v1::BlockService::Stub> stub;
-  std::unique_ptr<grpc::ClientContext> context;
-  std::unique_ptr<BlockReader> reader;
-
-  PartStream(PeerStubs& peers, const std::string& to, const v1::ReadBlocksRequest& request,
-             const Caller& caller)
-      : address(to),
-        stub(peers.To(to)),
-        context(caller.Onward()),
-        reader(stub->ReadBlocks(context.get(), request)) {}
-  ~PartStream() {
-    if (reader == nullptr) return;
-    context->TryCancel();
-    reader->Finish();
-  }
-  PartStream(const PartStream&) = delete;
-  PartStream& operator=(const PartStream&) = delete;
-
-  absl::Status ReadTo(const AttributeRows::TakePart& take) {
-    v1::ReadBlocksResponse part;
-    while (reader->Read(&part)) {
-      if (!take(part)) return absl::CancelledError("the caller has gone");
-      part.Clear();
-    }
-    return FromPeer(std::exchange(reader, nullptr)->Finish(), address);
-  }
-};
+std::unique_ptr<Stream> Ask(PeerStubs& peers, const std::string& address,
+                            const v1::ReadBlocksRequest& request, const Caller& caller) {
+  return std::make_unique<Stream>(peers, address, caller,
+                                  [&](v1::BlockService::Stub& stub, grpc::ClientContext* context) {
+                                    return stub.ReadBlocks(context, request);
+                                  });
+}
 
 // Puts the values of a part at places of the answer.
 class Merger {
@@ -67,8 +45,10 @@ class Merger {
 
   absl::Status Add(const v1::ReadBlocksResponse& part) {
     if (part.columns_size() != static_cast<int>(columns_.size())) return Wrong();
+    std::vector<bool> again;
     for (uint32_t place : part.places()) {
       if (place >= there_.size()) return Wrong();
+      again.push_back(there_[place]);
       there_[place] = true;
     }
     for (size_t k = 0; k < columns_.size(); ++k) {
@@ -76,7 +56,7 @@ class Merger {
       v1::Values& to = *answer_.mutable_columns(static_cast<int>(k));
       const bool fits = columns_[k].type == ValueType::kCategory
                             ? AddCodes(k, part, from, to)
-                            : AddNumbers(static_cast<int>(columns_[k].width()), part, from, to);
+                            : AddNumbers(columns_[k], part, again, from, to);
       if (!fits) return Wrong();
     }
     return absl::OkStatus();
@@ -97,12 +77,18 @@ class Merger {
   static absl::Status Wrong() {
     return absl::InternalError("a block server sent values that do not belong to what was asked");
   }
-  static bool AddNumbers(int width, const v1::ReadBlocksResponse& part, const v1::Values& from,
-                         v1::Values& to) {
+  // A cell without rows comes from each of its blocks: what they say is the same, but for the block.
+  static bool AddNumbers(const AskedColumn& column, const v1::ReadBlocksResponse& part,
+                         const std::vector<bool>& again, const v1::Values& from, v1::Values& to) {
     const int n = part.places_size();
+    const int width = static_cast<int>(column.width());
     if (to.integers_size() > 0) {
       if (from.integers_size() != n) return false;
-      for (int i = 0; i < n; ++i) to.set_integers(static_cast<int>(part.places(i)), from.integers(i));
+      for (int i = 0; i < n; ++i) {
+        const int place = static_cast<int>(part.places(i));
+        const bool lower = column.kind == AskedColumn::Kind::kBlock && again[static_cast<size_t>(i)];
+        to.set_integers(place, lower ? std::min(to.integers(place), from.integers(i)) : from.integers(i));
+      }
       return true;
     }
     if (from.doubles_size() != n * width) return false;
@@ -153,11 +139,30 @@ struct AttributeReads::Question {
   }
   absl::Status CheckUpdate(const v1::ReadBlocksResponse& part) const {
     if (part.update() == columns.update) return absl::OkStatus();
-    return absl::AbortedError("the map's attributes were brought up to date during the question: ask again");
+    return AttributesChanged();
   }
-  bool Send(const v1::ReadAttributesResponse& part) {
+  absl::Status Send(const v1::ReadAttributesResponse& part) {
     begun = true;
-    return write(part);
+    return write(part) ? absl::OkStatus() : absl::CancelledError("the caller has gone");
+  }
+  // The cells of a part, taken out of it.
+  absl::Status SendCells(v1::ReadBlocksResponse& part) {
+    if (part.cell_hi_size() == 0) return absl::OkStatus();
+    v1::ReadAttributesResponse out;
+    out.mutable_cell_hi()->Swap(part.mutable_cell_hi());
+    out.mutable_cell_lo()->Swap(part.mutable_cell_lo());
+    out.mutable_columns()->Swap(part.mutable_columns());
+    return Send(out);
+  }
+  absl::Status SendFound(const std::vector<FoundCell>& cells) {
+    PartBuilder builder(columns.columns);
+    const RowView view = RowView::Of(nullptr, request.dimension(), columns.columns, cells);
+    for (uint32_t row = 0; row < view.size(); ++row) {
+      builder.part().add_cell_hi(cells[row].id.hi());
+      builder.part().add_cell_lo(cells[row].id.lo());
+      builder.Add(view, row);
+    }
+    return SendCells(builder.part());
   }
 };
 
@@ -195,22 +200,51 @@ absl::Status AttributeReads::ReadAll(Question& question) const {
   v1::ReadBlocksRequest request = question.ToBlocks();
   *request.mutable_select() = question.request.select();
   absl::Status wrong;
+  std::vector<FoundCell> found_here;
   const auto take = [&](v1::ReadBlocksResponse& part) {
     wrong = question.CheckUpdate(part);
     if (!wrong.ok()) return false;
-    if (part.cell_hi_size() == 0) return true;
-    v1::ReadAttributesResponse out;
-    out.mutable_cell_hi()->Swap(part.mutable_cell_hi());
-    out.mutable_cell_lo()->Swap(part.mutable_cell_lo());
-    out.mutable_columns()->Swap(part.mutable_columns());
-    return question.Send(out);
+    if (part.found().cell_hi_size() > 0) {
+      absl::StatusOr<std::vector<FoundCell>> found = FromWire(
+          part.found(), question.columns.points(), found_here.empty() ? CellId() : found_here.back().id);
+      wrong = found.status();
+      if (found.ok()) found_here.insert(found_here.end(), found->begin(), found->end());
+    } else {
+      wrong = question.SendCells(part);
+    }
+    return wrong.ok();
   };
   absl::Status status = rows_->Read(request, question.caller.Gone(), take);
+  if (!wrong.ok()) return wrong;
+  if (!status.ok()) return status;
+  std::vector<std::unique_ptr<FoundSource>> sources;
+  sources.push_back(std::make_unique<FoundHere>(std::move(found_here)));
+  // One after the other, and after the blocks here: who looks through its blocks for this waits for nobody
+  // else.
+  std::vector<std::unique_ptr<Stream>> streams;
   for (const std::string& address : question.others) {
-    if (!status.ok()) break;
-    status = PartStream(*peers_, address, request, question.caller).ReadTo(take);
+    streams.push_back(Ask(*peers_, address, request, question.caller));
+    if (status = ReadParts(question, *streams.back(), sources); !status.ok()) return status;
   }
-  return wrong.ok() ? status : wrong;
+  return MergeSources(std::move(sources), PartBuilder(question.columns.columns).most(),
+                      [&](const std::vector<FoundCell>& cells) { return question.SendFound(cells); });
+}
+
+absl::Status AttributeReads::ReadParts(Question& question, PartStream<v1::ReadBlocksResponse>& stream,
+                                       std::vector<std::unique_ptr<FoundSource>>& sources) const {
+  v1::ReadBlocksResponse part;
+  const auto check = [&question](const v1::ReadBlocksResponse& p) { return question.CheckUpdate(p); };
+  while (true) {
+    absl::StatusOr<bool> more = stream.Next(part);
+    if (!more.ok()) return more.status();
+    if (!*more) return absl::OkStatus();
+    if (absl::Status s = check(part); !s.ok()) return s;
+    if (part.found().cell_hi_size() > 0) break;
+    if (absl::Status s = question.SendCells(part); !s.ok()) return s;
+  }
+  sources.push_back(std::make_unique<FoundThere<v1::ReadBlocksResponse>>(&stream, std::move(part),
+                                                                         question.columns.points(), check));
+  return absl::OkStatus();
 }
 
 absl::Status AttributeReads::ReadIds(Question& question, const v1::CellSelection::Ids& ids,
@@ -230,10 +264,9 @@ absl::Status AttributeReads::ReadIds(Question& question, const v1::CellSelection
 absl::Status AttributeReads::ReadChunk(Question& question, const v1::ReadBlocksRequest& request,
                                        bool all_there) const {
   const v1::CellSelection::Ids& ids = request.select().ids();
-  std::vector<std::unique_ptr<PartStream>> streams;
-  for (const std::string& address : question.others) {
-    streams.push_back(std::make_unique<PartStream>(*peers_, address, request, question.caller));
-  }
+  std::vector<std::unique_ptr<Stream>> streams;
+  for (const std::string& address : question.others)
+    streams.push_back(Ask(*peers_, address, request, question.caller));
   v1::ReadAttributesResponse answer;
   *answer.mutable_cell_hi() = ids.hi();
   *answer.mutable_cell_lo() = ids.lo();
@@ -246,7 +279,13 @@ absl::Status AttributeReads::ReadChunk(Question& question, const v1::ReadBlocksR
   };
   absl::Status status = rows_->Read(request, question.caller.Gone(), take);
   for (auto& stream : streams) {
-    if (status.ok()) status = stream->ReadTo(take);
+    v1::ReadBlocksResponse part;
+    for (bool more = true; more && status.ok() && wrong.ok();) {
+      absl::StatusOr<bool> next = stream->Next(part);
+      status = next.status();
+      more = next.ok() && *next;
+      if (more) take(part);
+    }
   }
   if (!wrong.ok()) return wrong;
   if (!status.ok()) return status;
@@ -257,7 +296,7 @@ absl::Status AttributeReads::ReadChunk(Question& question, const v1::ReadBlocksR
         absl::StrCat("cell ", CellId::FromWords(ids.hi(k), ids.lo(k)).ToString(),
                      " is new: it has no values until the job that changes the map has ended"));
   }
-  return question.Send(answer) ? absl::OkStatus() : absl::CancelledError("the caller has gone");
+  return question.Send(answer);
 }
 
 absl::StatusOr<v1::CellSelection::Ids> IdsOfQuery(Explorer& explorer, v1::ExploreRequest query,

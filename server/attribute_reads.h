@@ -3,12 +3,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/attribute_rows.h"
 #include "server/explorer.h"
+#include "server/part_stream.h"
 #include "server/peer_calls.h"
 
 namespace ndmap::server {
@@ -28,6 +30,9 @@ class AttributeReads {
   struct Question;
   absl::Status Once(Question& question) const;
   absl::Status ReadAll(Question& question) const;
+  // Cells of another server up to those that others may have, too, which become a source.
+  absl::Status ReadParts(Question& question, PartStream<v1::ReadBlocksResponse>& stream,
+                         std::vector<std::unique_ptr<FoundSource>>& sources) const;
   absl::Status ReadIds(Question& question, const v1::CellSelection::Ids& ids, bool all_there) const;
   absl::Status ReadChunk(Question& question, const v1::ReadBlocksRequest& request, bool all_there) const;
 

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/attribute_rows.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "core/names/mesh_cells.h"
+#include "core/names/name_of.h"
+#include "core/navigate/cell_index.h"
 #include "server/attribute_gates.h"
+#include "server/block_version.h"
+#include "server/found_cells.h"
 #include "service/attributes.h"
 
 namespace ndmap::server {
@@ -14,46 +20,82 @@ namespace {
 // Looking up an id takes longer than going on to the next row.
 constexpr size_t kIdsAStep = 2048;
 constexpr size_t kWritesAStep = 4096;
+// To look for a cell in the map takes some ten microseconds.
+constexpr size_t kFindsAStep = 64;
 constexpr absl::Duration kReadPatience = absl::Seconds(2);
 
 CellId IdAt(const v1::CellSelection::Ids& ids, size_t k) {
   return CellId::FromWords(ids.hi(static_cast<int>(k)), ids.lo(static_cast<int>(k)));
 }
 
+// Whether a cell is told under this id, and not under another of its names: as it is with rows.
+bool IsItsName(const InitialCells& initial, const CellId& id) {
+  if (id.is_part()) return NameOf(initial, BoxOf(id)) == id;
+  return id.is_cell() || (initial.mesh() != nullptr && initial.mesh()->Find(id).id == id);
+}
+
 // One question to the blocks of a server.
 class RowReader {
  public:
-  RowReader(BlockHost& host, AttributeGates& gates, const v1::ReadBlocksRequest& request,
-            AttributeRows::Columns columns, const AttributeRows::Gone& gone,
+  // OK while the map is in the state of which the answer is to be.
+  using Check = std::function<absl::Status()>;
+
+  RowReader(BlockHost& host, Check check, const v1::ReadBlocksRequest& request,
+            const AttributeRows::Columns& columns, const AttributeRows::Gone& gone,
             const AttributeRows::TakePart& take)
       : host_(host),
-        gates_(gates),
+        check_(std::move(check)),
         request_(request),
-        columns_(std::move(columns)),
+        columns_(columns),
         gone_(gone),
         take_(take),
         a_step_(request.select().has_ids() ? kIdsAStep : RowsAStep(columns_.columns)),
         builder_(columns_.columns) {}
 
   absl::Status ReadBlock(uint32_t block) {
-    builder_.BeginBlock();
-    next_ = 0;
-    bool over = false;
-    while (!over) {
-      auto step = [&](Block3& b, AttributeStore& store) -> absl::StatusOr<bool> {
-        absl::StatusOr<uint64_t> update = gates_.Update();
-        if (!update.ok()) return update.status();
-        if (*update != columns_.update) return AttributesChanged();
-        absl::StatusOr<RowView> view = RowView::Make(b, store, request_.dimension(), columns_.columns);
-        if (!view.ok()) return view.status();
-        over = Step(*view);
-        return over || builder_.full();
-      };
-      if (absl::Status s = host_.QuerySliced(request_.map(), block, step, gone_); !s.ok()) return s;
-      if (!builder_.full()) continue;
-      if (absl::Status s = Flush(); !s.ok()) return s;
-    }
-    return absl::OkStatus();
+    return InSteps(block, [this](Block3& b, AttributeStore& store) -> absl::StatusOr<bool> {
+      absl::StatusOr<RowView> view = RowView::Make(b, store, request_.dimension(), columns_.columns);
+      if (!view.ok()) return view.status();
+      return Step(*view);
+    });
+  }
+
+  // Cells without rows. Those that other blocks may have are left in the scan.
+  absl::Status ReadScanned(uint32_t block, BlockScan& scan) {
+    bool scanned = false;
+    inner_.clear();
+    return InSteps(block, [&](Block3& b, AttributeStore&) -> absl::StatusOr<bool> {
+      if (next_ >= inner_.size() && !scanned) {
+        inner_.clear();
+        next_ = 0;
+        absl::StatusOr<bool> over = scan.Step(b, inner_);
+        if (!over.ok()) return over.status();
+        scanned = *over;
+      } else if (absl::Status s = CheckUnchanged(b, scan.version()); !s.ok()) {
+        return s;
+      }
+      return AddCells(RowView::Of(&b, request_.dimension(), columns_.columns, inner_)) && scanned;
+    });
+  }
+
+  // The cells without rows among those that are asked for by id.
+  absl::Status FindIds(uint32_t block, const CellIndex& index, const InitialCells& initial) {
+    return InSteps(block, [&](Block3& b, AttributeStore&) -> absl::StatusOr<bool> {
+      if (absl::Status s = CheckUnchanged(b, index.version()); !s.ok()) return s;
+      const v1::CellSelection::Ids& ids = request_.select().ids();
+      const auto end = static_cast<size_t>(ids.hi_size());
+      for (size_t k = 0; k < kFindsAStep && next_ < end && !builder_.full(); ++k, ++next_) {
+        FoundCell cell{IdAt(ids, next_), DartIndex{}, block};
+        if (cell.id.dimension() != request_.dimension()) continue;
+        cell.dart = FindCell(b, index, initial, cell.id);
+        // Names of nothing are left out first: they may be of no hexahedron.
+        if (!cell.dart.valid() || !IsItsName(initial, cell.id)) continue;
+        builder_.part().add_places(static_cast<uint32_t>(next_));
+        builder_.Add(RowView::Of(&b, request_.dimension(), columns_.columns, absl::MakeConstSpan(&cell, 1)),
+                     0);
+      }
+      return next_ >= end;
+    });
   }
 
   // The last part. Before the first one, too: an answer has at least one, which says which update it is of.
@@ -65,37 +107,63 @@ class RowReader {
   }
 
  private:
+  // Calls `step` on the block's turns until it says true, and flushes in between.
+  template <class F>
+  absl::Status InSteps(uint32_t block, F step) {
+    builder_.BeginBlock();
+    next_ = 0;
+    bool over = false;
+    while (!over) {
+      auto checked = [&](Block3& b, AttributeStore& store) -> absl::StatusOr<bool> {
+        if (absl::Status s = check_(); !s.ok()) return s;
+        absl::StatusOr<bool> done = step(b, store);
+        if (!done.ok()) return done;
+        over = *done;
+        return over || builder_.full();
+      };
+      if (absl::Status s = host_.QuerySliced(request_.map(), block, checked, gone_); !s.ok()) return s;
+      if (!builder_.full()) continue;
+      if (absl::Status s = Flush(); !s.ok()) return s;
+    }
+    return absl::OkStatus();
+  }
+
   // True when there are no more rows.
   bool Step(const RowView& view) {
     const v1::CellSelection& select = request_.select();
-    const AttributeTable& table = view.table();
-    const size_t end = select.has_ids() ? static_cast<size_t>(select.ids().hi_size()) : table.size();
+    if (!select.has_ids()) return AddCells(view);
+    const auto end = static_cast<size_t>(select.ids().hi_size());
     for (size_t k = 0; k < a_step_ && next_ < end && !builder_.full(); ++k, ++next_) {
-      const auto place = static_cast<uint32_t>(next_);
-      const uint32_t row = select.has_ids() ? table.Find(IdAt(select.ids(), next_)) : place;
-      if (row == AttributeTable::kNoRow || table.Is(row, AttributeTable::kElsewhere)) continue;
-      if (select.has_ids()) {
-        builder_.part().add_places(place);
-      } else {
-        const CellId id = table.id(row);
-        if (!WithinLevels(select, id)) continue;
-        builder_.part().add_cell_hi(id.hi());
-        builder_.part().add_cell_lo(id.lo());
-      }
+      const uint32_t row = view.Find(IdAt(select.ids(), next_));
+      if (row == AttributeTable::kNoRow || view.CountsElsewhere(row)) continue;
+      builder_.part().add_places(static_cast<uint32_t>(next_));
       builder_.Add(view, row);
     }
     return next_ >= end;
   }
+  bool AddCells(const RowView& view) {
+    for (size_t k = 0; k < a_step_ && next_ < view.size() && !builder_.full(); ++k, ++next_) {
+      const auto row = static_cast<uint32_t>(next_);
+      if (view.CountsElsewhere(row)) continue;
+      const CellId id = view.id(row);
+      if (!WithinLevels(request_.select(), id)) continue;
+      builder_.part().add_cell_hi(id.hi());
+      builder_.part().add_cell_lo(id.lo());
+      builder_.Add(view, row);
+    }
+    return next_ >= view.size();
+  }
 
   BlockHost& host_;
-  AttributeGates& gates_;
+  const Check check_;
   const v1::ReadBlocksRequest& request_;
-  const AttributeRows::Columns columns_;
+  const AttributeRows::Columns& columns_;
   const AttributeRows::Gone& gone_;
   const AttributeRows::TakePart& take_;
   const size_t a_step_;
   PartBuilder builder_;
   size_t next_ = 0;
+  std::vector<FoundCell> inner_;
 };
 
 // One part of a write to one block.
@@ -223,6 +291,11 @@ bool WithinLevels(const v1::CellSelection& select, const CellId& id) {
   return select.lowest_level() <= level && level <= select.highest_level();
 }
 
+bool AttributeRows::Columns::points() const {
+  return std::any_of(columns.begin(), columns.end(),
+                     [](const AskedColumn& c) { return c.kind == AskedColumn::Kind::kPoint; });
+}
+
 absl::StatusOr<AttributeRows::Columns> AttributeRows::Resolve(const std::string& map, unsigned dimension,
                                                               const Names& names) const {
   absl::StatusOr<BlockHost::MapInfo> info = host_->Info(map);
@@ -240,11 +313,24 @@ absl::StatusOr<AttributeRows::Columns> AttributeRows::Resolve(const std::string&
   absl::Status status = host_->Query(map, info->blocks.front(), [&](Block3&, AttributeStore& store) {
     if (absl::Status s = store.CheckReadable(); !s.ok()) return s;
     absl::StatusOr<std::vector<AskedColumn>> columns = ResolveColumns(store, dimension, names);
-    if (columns.ok()) result.columns = *std::move(columns);
-    return columns.status();
+    if (!columns.ok()) return columns.status();
+    result.columns = *std::move(columns);
+    result.by_scan = store.table(dimension).columns().empty();
+    return absl::OkStatus();
   });
   if (!status.ok()) return status;
+  if (!result.by_scan) return result;
+  absl::StatusOr<uint64_t> rest = host_->AtRest(map);
+  if (!rest.ok()) return rest.status();
+  result.update = *rest;
   return result;
+}
+
+absl::Status AttributeRows::CheckState(const std::string& map, AttributeGates& gates,
+                                       const Columns& columns) const {
+  absl::StatusOr<uint64_t> state = columns.by_scan ? host_->AtRest(map) : gates.Update();
+  if (!state.ok()) return state.status();
+  return *state == columns.update ? absl::OkStatus() : AttributesChanged();
 }
 
 absl::Status AttributeRows::Read(const v1::ReadBlocksRequest& request, const Gone& gone,
@@ -259,11 +345,63 @@ absl::Status AttributeRows::Read(const v1::ReadBlocksRequest& request, const Gon
   if (!gates.ok()) return gates.status();
   absl::StatusOr<Columns> columns = Resolve(request.map(), request.dimension(), request.names());
   if (!columns.ok()) return columns.status();
-  RowReader reader(*host_, **gates, request, *std::move(columns), gone, take);
+  if (columns->by_scan && request.select().has_all()) {
+    return ReadAllFound(request, *info, **gates, *columns, gone, take);
+  }
+  RowReader reader(
+      *host_, [&] { return CheckState(request.map(), **gates, *columns); }, request, *columns, gone, take);
   for (uint32_t b : info->blocks) {
-    if (absl::Status s = reader.ReadBlock(b); !s.ok()) return s;
+    absl::Status status;
+    if (!columns->by_scan) {
+      status = reader.ReadBlock(b);
+    } else {
+      absl::StatusOr<std::shared_ptr<const InitialCells>> initial = host_->Initial(request.map(), b);
+      if (!initial.ok()) return initial.status();
+      absl::StatusOr<std::shared_ptr<const CellIndex>> index = answers_->Index(request.map(), b, 0, gone);
+      if (!index.ok()) return index.status();
+      status = reader.FindIds(b, **index, **initial);
+    }
+    if (!status.ok()) return status;
   }
   return reader.Flush();
+}
+
+absl::Status AttributeRows::ReadAllFound(const v1::ReadBlocksRequest& request, const BlockHost::MapInfo& info,
+                                         AttributeGates& gates, const Columns& columns, const Gone& gone,
+                                         const TakePart& take) const {
+  std::vector<FoundCell> outer;
+  {
+    absl::StatusOr<std::unique_ptr<ScanTurns::Turn>> turn = WaitForScan(gone);
+    if (!turn.ok()) return turn.status();
+    RowReader reader(
+        *host_, [&] { return CheckState(request.map(), gates, columns); }, request, columns, gone, take);
+    for (uint32_t b : info.blocks) {
+      absl::StatusOr<std::shared_ptr<const InitialCells>> initial = host_->Initial(request.map(), b);
+      if (!initial.ok()) return initial.status();
+      BlockScan scan(request.dimension(), columns.points(), *std::move(initial));
+      if (absl::Status s = reader.ReadScanned(b, scan); !s.ok()) return s;
+      outer = MergeFound(std::move(outer), scan.TakeOuter());
+    }
+    if (absl::Status s = reader.Flush(); !s.ok()) return s;
+  }
+  std::erase_if(outer, [&](const FoundCell& cell) { return !WithinLevels(request.select(), cell.id); });
+  const bool sent = SendFound(outer, columns.points(), [&](v1::FoundCells&& found) {
+    v1::ReadBlocksResponse part;
+    part.set_update(columns.update);
+    *part.mutable_found() = std::move(found);
+    return take(part);
+  });
+  return sent ? absl::OkStatus() : absl::CancelledError("the caller has gone");
+}
+
+bool SendFound(const std::vector<FoundCell>& cells, bool points,
+               const std::function<bool(v1::FoundCells&&)>& send) {
+  for (size_t begin = 0; begin < cells.size(); begin += kFoundInAPart) {
+    v1::FoundCells found;
+    ToWire(cells, begin, std::min(begin + kFoundInAPart, cells.size()), points, found);
+    if (!send(std::move(found))) return false;
+  }
+  return true;
 }
 
 absl::Status AttributeRows::Apply(const v1::ApplyAttributeRequest& request,

@@ -189,22 +189,24 @@ absl::Status BlockAnswers::Name(const Asked& asked, v1::AskBlockResponse& respon
   return host_->QuerySliced(asked.map(), asked.block(), describe, asked.gone);
 }
 
-absl::StatusOr<std::shared_ptr<const CellIndex>> BlockAnswers::Index(const Asked& asked) {
+absl::StatusOr<std::shared_ptr<const CellIndex>> BlockAnswers::Index(const std::string& map, uint32_t block,
+                                                                     uint64_t expected,
+                                                                     const std::function<bool()>& gone) {
   uint64_t version = 0;
-  absl::Status status = host_->Query(asked.map(), asked.block(), [&](Block3& block) {
-    version = block.version();
-    return CheckVersion(block, asked.request.version());
+  absl::Status status = host_->Query(map, block, [&](Block3& b) {
+    version = b.version();
+    return CheckVersion(b, expected);
   });
   if (!status.ok()) return status;
-  const std::pair<std::string, uint32_t> key(asked.map(), asked.block());
+  const std::pair<std::string, uint32_t> key(map, block);
   {
     absl::MutexLock lock(&mutex_);
     auto it = indexes_.find(key);
     if (it != indexes_.end() && it->second->version() == version) return it->second;
   }
   CellIndexBuilder builder;
-  auto step = [&](Block3& block) { return builder.Step(block, kHexahedraAStep); };
-  if (status = host_->QuerySliced(asked.map(), asked.block(), step, asked.gone); !status.ok()) return status;
+  auto step = [&](Block3& b) { return builder.Step(b, kHexahedraAStep); };
+  if (status = host_->QuerySliced(map, block, step, gone); !status.ok()) return status;
   std::shared_ptr<const CellIndex> index = builder.Build();
   absl::MutexLock lock(&mutex_);
   // Those of maps that are here no more go with the next that is made.
@@ -239,7 +241,8 @@ absl::Status BlockAnswers::Resolve(const Asked& asked, v1::AskBlockResponse& res
 absl::Status BlockAnswers::Find(const Asked& asked, v1::AskBlockResponse& response) {
   absl::StatusOr<std::shared_ptr<const InitialCells>> initial = host_->Initial(asked.map(), asked.block());
   if (!initial.ok()) return initial.status();
-  absl::StatusOr<std::shared_ptr<const CellIndex>> index = Index(asked);
+  absl::StatusOr<std::shared_ptr<const CellIndex>> index =
+      Index(asked.map(), asked.block(), asked.request.version(), asked.gone);
   if (!index.ok()) return index.status();
   response.set_version((*index)->version());
   v1::FindAnswer& answer = *response.mutable_find();

@@ -24,6 +24,11 @@ class BlockAnswers {
   // `max_darts`: of one answer, and of one question.
   BlockAnswers(BlockHost* host, uint64_t max_darts) : host_(host), max_darts_(max_darts) {}
 
+  // Where the cells of a block are, as it is now: kept until the block changes. O(block) when it has changed.
+  // FAILED_PRECONDITION when it is at another version than `version`; 0 names none.
+  absl::StatusOr<std::shared_ptr<const CellIndex>> Index(const std::string& map, uint32_t block,
+                                                         uint64_t version, const std::function<bool()>& gone);
+
   // Blocks; `gone` (checked before each step) ends it early with CANCELLED.
   absl::Status Answer(const v1::AskBlockRequest& request, const std::function<bool()>& gone,
                       v1::AskBlockResponse& response);
@@ -34,8 +39,6 @@ class BlockAnswers {
   absl::Status Name(const Asked& asked, v1::AskBlockResponse& response);
   absl::Status Find(const Asked& asked, v1::AskBlockResponse& response);
   absl::Status Resolve(const Asked& asked, v1::AskBlockResponse& response);
-  // Of the block as it is now: kept until the block changes. O(block) when it has changed.
-  absl::StatusOr<std::shared_ptr<const CellIndex>> Index(const Asked& asked);
 
   BlockHost* const host_;
   const uint64_t max_darts_;

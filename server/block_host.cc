@@ -348,6 +348,18 @@ absl::Status BlockHost::QuerySliced(const std::string& name, uint32_t block,
       std::move(abandoned));
 }
 
+absl::StatusOr<uint64_t> BlockHost::AtRest(const std::string& name) const {
+  absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
+  if (!map.ok()) return map.status();
+  absl::MutexLock lock(&(*map)->mutex);
+  if ((*map)->in_phase && (*map)->changing) {
+    return absl::AbortedError(absl::StrCat("map \"", name, "\" is being changed by job ", (*map)->phase.job,
+                                           ": its cells can be counted when that has ended"));
+  }
+  const PhaseId& last = (*map)->last_change;
+  return last.job << 20 | last.phase;
+}
+
 absl::StatusOr<std::shared_ptr<AttributeGates>> BlockHost::Gates(const std::string& name) const {
   absl::StatusOr<std::shared_ptr<HostedMap>> map = Find(name);
   if (!map.ok()) return map.status();

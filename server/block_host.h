@@ -100,6 +100,9 @@ class BlockHost {
                            std::function<absl::StatusOr<bool>(Block3&, AttributeStore&)> step,
                            std::function<bool()> abandoned);
   absl::StatusOr<std::shared_ptr<AttributeGates>> Gates(const std::string& map) const;
+  // Which state the map is in: the number is that of the last phase that changed it, and the same on all its
+  // servers when that has ended. ABORTED while one works.
+  absl::StatusOr<uint64_t> AtRest(const std::string& map) const;
 
   struct MapInfo {
     // Of those that ever had the name.

@@ -80,6 +80,7 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
     map->in_phase = true;
     map->cancelled = false;
     map->attributes_phase = attributes;
+    map->changing = false;
     map->phase = id;
     map->addresses = std::move(addresses);
   }
@@ -90,6 +91,11 @@ absl::Status BlockHost::StartPhase(const v1::StartPhaseRequest& request) {
   }
   std::vector<std::unique_ptr<BlockAlgorithm>> algorithms;
   if (absl::Status status = MakeAlgorithms(*map, request.phase(), algorithms); !status.ok()) return status;
+  if (!algorithms.empty() && algorithms.front()->changes_map()) {
+    absl::MutexLock lock(&map->mutex);
+    map->changing = true;
+    map->last_change = id;
+  }
   absl::Mutex mutex;
   absl::Status result;
   absl::BlockingCounter left(static_cast<int>(map->blocks.size()));

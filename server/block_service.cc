@@ -119,8 +119,10 @@ grpc::Status BlockServiceImpl::ApplyAttribute(grpc::ServerContext*, const v1::Ap
 
 grpc::Status BlockServiceImpl::AggregateBlocks(grpc::ServerContext* context,
                                                const v1::AggregateBlocksRequest* request,
-                                               v1::AggregateBlocksResponse* response) {
-  return ToGrpc(attribute_aggregates_.AggregateBlocks(*request, Caller(context), *response));
+                                               grpc::ServerWriter<v1::AggregateBlocksResponse>* writer) {
+  return ToGrpc(attribute_aggregates_.AggregateBlocks(
+      *request, Caller(context),
+      [writer](const v1::AggregateBlocksResponse& part) { return writer->Write(part); }));
 }
 
 grpc::Status BlockServiceImpl::GetBlockStats(grpc::ServerContext* context,

@@ -41,7 +41,7 @@ class BlockServiceImpl final
         walker_(host, &peers_),
         explorer_(host, &peers_, options_.max_query_darts),
         walks_(host, &explorer_.answers(), &peers_, options_.max_query_darts),
-        attribute_rows_(host),
+        attribute_rows_(host, &explorer_.answers()),
         attribute_reads_(host, &peers_, &explorer_, &attribute_rows_),
         attribute_writes_(host, &peers_, &explorer_, &attribute_rows_),
         attribute_aggregates_(host, &peers_, &attribute_rows_),
@@ -71,7 +71,7 @@ class BlockServiceImpl final
   grpc::Status ApplyAttribute(grpc::ServerContext*, const v1::ApplyAttributeRequest*,
                               v1::ApplyAttributeResponse*) override;
   grpc::Status AggregateBlocks(grpc::ServerContext*, const v1::AggregateBlocksRequest*,
-                               v1::AggregateBlocksResponse*) override;
+                               grpc::ServerWriter<v1::AggregateBlocksResponse>*) override;
   grpc::Status GetBlockStats(grpc::ServerContext*, const v1::GetBlockStatsRequest*,
                              v1::GetBlockStatsResponse*) override;
   grpc::Status ExportPiece(grpc::ServerContext*, const v1::ExportPieceRequest*,

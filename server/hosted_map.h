@@ -66,6 +66,9 @@ struct BlockHost::HostedMap {
   // The phase brings the attributes up to date.
   bool attributes_phase ABSL_GUARDED_BY(mutex) = false;
   PhaseId phase ABSL_GUARDED_BY(mutex);
+  // The phase changes the map; and the last that did.
+  bool changing ABSL_GUARDED_BY(mutex) = false;
+  PhaseId last_change ABSL_GUARDED_BY(mutex);
   std::vector<std::string> addresses ABSL_GUARDED_BY(mutex);
   // Raised whenever a block comes to rest; wakes PollPhase.
   uint64_t rests ABSL_GUARDED_BY(mutex) = 0;

@@ -152,6 +152,28 @@ class AttributesTest(ClusterTest):
                 sums.add((whole.sum, whole.integral, over.integral, made.aggregate("@volume").sum))
         self.assertEqual(len(sums), 1)
 
+    def test_cells_need_no_attribute_to_be_counted_and_read(self):
+        seen = set()
+        for blocks in (1, 4):
+            cubes = self.cubes(f"bare{blocks}", blocks)
+            cubes.refine(1, "list", cells="h13").result()
+            for dimension, on in enumerate(("vertices", "edges", "faces", "hexahedra")):
+                with self.subTest(blocks=blocks, on=on):
+                    ids = cubes.cells(dimension)
+                    self.assertEqual(cubes.aggregate(on=on).count, len(ids))
+                    values = cubes.read("@point", "@level", "@block", on=on)
+                    self.assertEqual(values.ids, ids)
+                    levels = {level: group.count for level, group in cubes.aggregate(on=on, by="level").items()}
+                    self.assertEqual(list(levels.values()), np.bincount(values["@level"]).tolist())
+                    in_blocks = [group.count for group in cubes.aggregate(on=on, by="block").values()]
+                    self.assertEqual(in_blocks, np.bincount(values["@block"]).tolist())
+                    some = cubes.read("@point", "@block", ids=ids[5:9], on=on)
+                    np.testing.assert_array_equal(some["@point"], values["@point"][5:9])
+                    np.testing.assert_array_equal(some["@block"], values["@block"][5:9])
+                    seen.add((on, ids.text()[-1], values["@point"].tobytes(), str(levels)))
+            self.assertEqual(cubes.aggregate("@volume").sum, 27.0)
+        self.assertEqual(len(seen), 4)
+
     def test_two_clients_that_write_the_same_vertices_leave_one_value_everywhere(self):
         cubes = self.cubes()
         cubes.define("who", on="vertices", type="int64").result()
@@ -247,7 +269,6 @@ class AttributesTest(ClusterTest):
         ):
             with self.subTest(**options):
                 self.fails(ndmap.InvalidArgumentError, words, cubes.define, **options)
-        self.fails(ndmap.FailedPreconditionError, "", cubes.read, "@point", on="edges")
         cubes.define("heat", on="vertices").result()
         self.fails(ndmap.InvalidArgumentError, "@volume", cubes.read, "@volume", "heat")
         long = cubes.refine(12, "box", lo=(1.01, 1.01, 1.01), hi=(1.02, 1.02, 1.02))

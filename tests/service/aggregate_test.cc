@@ -208,7 +208,7 @@ TEST_F(AggregateServiceTest, WrongQuestionsAreTypedErrors) {
   expect([](Q& q) { q.set_map("other"); }, grpc::StatusCode::NOT_FOUND, "no map \"other\"");
   expect([](Q& q) { q.set_name("moss"); }, grpc::StatusCode::NOT_FOUND, "mass, spin, count, zone");
   expect([](Q& q) { q.set_dimension(4); }, kInvalid, "dimension 4");
-  expect([](Q& q) { q.set_dimension(1); }, grpc::StatusCode::FAILED_PRECONDITION, "define one first");
+  expect([](Q& q) { q.set_dimension(1); }, grpc::StatusCode::NOT_FOUND, "there are @point, @level, @block");
   expect([](Q& q) { q.set_bins(70000); }, kInvalid, "70000 bins");
   expect([](Q& q) { q.set_bins(2); }, kInvalid, "histogram from 0 to 0");
   expect(

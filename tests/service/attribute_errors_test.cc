@@ -73,7 +73,7 @@ TEST_F(AttributeErrorsTest, WrongReads) {
   ExpectRead([](R& r) { r.set_map("other"); }, StatusCode::NOT_FOUND, "no map \"other\"");
   ExpectRead([](R& r) { r.set_map("../x"); }, StatusCode::INVALID_ARGUMENT, "map");
   ExpectRead([](R& r) { r.set_dimension(4); }, StatusCode::INVALID_ARGUMENT, "dimension 4");
-  ExpectRead([](R& r) { r.set_dimension(2); }, StatusCode::FAILED_PRECONDITION, "define one first");
+  ExpectRead([](R& r) { r.set_dimension(2); }, StatusCode::NOT_FOUND, "there are @point, @level, @block");
   ExpectRead([](R& r) { r.set_names(0, "hat"); }, StatusCode::NOT_FOUND, "heat, flow, kind");
   ExpectRead([](R& r) { r.set_names(0, "@moon"); }, StatusCode::NOT_FOUND, "@point");
   ExpectRead([](R& r) { r.set_names(0, "@state"); }, StatusCode::INVALID_ARGUMENT, "of hexahedra");
