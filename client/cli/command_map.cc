@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Commands that make, change, ask and delete maps of a running cluster.
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -242,13 +243,19 @@ void AddDelete(CLI::App& app, Action& action) {
 
 void AddMaps(CLI::App& app, Action& action) {
   CLI::App* command = AddCommand(app, "maps", "the maps of a cluster", "ndmap maps");
-  command->callback([&action] {
-    action = [](Context& context) -> absl::StatusOr<int> {
+  auto names = std::make_shared<bool>(false);
+  command->add_flag("--names", *names, "their names alone, one a line");
+  command->callback([&action, names] {
+    action = [names](Context& context) -> absl::StatusOr<int> {
       absl::StatusOr<Client> client = context.Connect();
       if (!client.ok()) return client.status();
       absl::StatusOr<std::vector<v1::Map>> maps = client->ListMaps();
       if (!maps.ok()) return maps.status();
-      PrintMaps(context, *maps);
+      if (*names && !context.json) {
+        for (const v1::Map& map : *maps) std::printf("%s\n", map.map().c_str());
+      } else {
+        PrintMaps(context, *maps);
+      }
       return 0;
     };
   });

@@ -46,14 +46,12 @@ std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
 }
 
-// Options before the command whose value is no command: "--coordinator|--other".
-std::string ValueOptions(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : app.get_options()) {
-    if (!TakesValue(*option)) continue;
-    for (std::string& name : NamesOf(*option)) names.push_back(std::move(name));
+// Whether the first thing to be said after the command is the name of a map that is there.
+bool BeginsWithMap(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_positional()) return option->get_name(true) == "MAP" && command.get_name() != "create";
   }
-  return absl::StrJoin(names, "|");
+  return false;
 }
 
 // Within single quotes, in [...] of a zsh specification.
@@ -83,7 +81,7 @@ std::string BashCompletion(const CLI::App& app) {
   const std::string everywhere = absl::StrJoin(OptionsOf(app, true), " ");
   const auto add_case = [&](const std::string& name, const CLI::App& command, const std::string& more) {
     absl::StrAppend(&cases, "    ", name, ") words='", more, absl::StrJoin(OptionsOf(command), " "), " ",
-                    everywhere, "' ;;\n");
+                    everywhere, "'", BeginsWithMap(command) ? " map=yes" : "", " ;;\n");
   };
   for (const CLI::App* command : CommandsOf(app)) {
     names.push_back(command->get_name());
@@ -96,15 +94,24 @@ std::string BashCompletion(const CLI::App& app) {
     add_case(command->get_name(), *command, below);
   }
   return absl::StrCat(
-      "# bash completion for ", program, ": eval \"$(", program, " completion bash)\"\n", "_", program,
-      "() {\n", "  local word=${COMP_WORDS[COMP_CWORD]} command= words= open=yes i\n",
-      "  for ((i = 1; i < COMP_CWORD; ++i)); do\n", "    case ${COMP_WORDS[i]} in\n      ", ValueOptions(app),
-      ") ((++i)) ;;\n      -*) ;;\n      *) command=\"${command:+$command }${COMP_WORDS[i]}\"\n",
-      "        case $command in\n          ", parents.empty() ? "''" : absl::StrJoin(parents, "|"),
+      "# bash completion for ", program, ": eval \"$(", program, " completion bash)\"\n",
+      // Bash takes HOST:PORT for three words.
+      "_", program, "_coordinator() {\n  at=${COMP_WORDS[++i]}\n",
+      "  while [[ ${COMP_WORDS[i + 1]-} == : ]]; do at+=:${COMP_WORDS[i + 2]-}; ((i += 2)); done\n}\n", "_",
+      program, "() {\n  local word=${COMP_WORDS[COMP_CWORD]} command= words= open=yes map= at= i\n",
+      "  for ((i = 1; i < COMP_CWORD; ++i)); do\n    case ${COMP_WORDS[i]} in\n", "      --coordinator) _",
+      program, "_coordinator ;;\n      -*) ;;\n",
+      "      *) command=\"${command:+$command }${COMP_WORDS[i]}\"\n        case $command in\n          ",
+      parents.empty() ? "''" : absl::StrJoin(parents, "|"),
       ") ;;\n          *) open=; break ;;\n        esac ;;\n    esac\n  done\n",
       "  case $command in\n    '') words='", absl::StrJoin(names, " "), " ",
-      absl::StrJoin(OptionsOf(app), " "), "' ;;\n", cases,
-      "  esac\n  COMPREPLY=()\n  if [[ -n $open || $word == -* ]]; then\n",
+      absl::StrJoin(OptionsOf(app), " "), "' ;;\n", cases, "  esac\n",
+      "  # Something other than an option has come: it was the map.\n",
+      "  for ((++i; i < COMP_CWORD; ++i)); do\n    case ${COMP_WORDS[i]} in\n      --coordinator) _", program,
+      "_coordinator ;;\n      -*) ;;\n      *) map= ;;\n    esac\n  done\n  COMPREPLY=()\n",
+      "  if [[ -n $map && $word != -* ]]; then\n",
+      "    words=$(timeout 2 \"${COMP_WORDS[0]}\" maps --names ${at:+--coordinator \"$at\"} 2>/dev/null)\n",
+      "    open=yes\n  fi\n  if [[ -n $open || $word == -* ]]; then\n",
       "    COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n  fi\n}\n", "complete -o default -F _", program,
       " ", program, "\n");
 }
@@ -119,8 +126,10 @@ std::string ZshCompletion(const CLI::App& app) {
     return names;
   };
   const auto arguments = [&](const CLI::App& command) {
-    return absl::StrCat("      _arguments \\\n", ZshOptions(command, "        "),
-                        ZshOptions(app, "        ", true), "        '*:argument:_files'\n");
+    return absl::StrCat(
+        "      _arguments \\\n", ZshOptions(command, "        "), ZshOptions(app, "        ", true),
+        BeginsWithMap(command) ? absl::StrCat("        '1:map:_", program, "_maps' \\\n") : "",
+        "        '*:argument:_files'\n");
   };
   std::string cases;
   for (const CLI::App* command : CommandsOf(app)) {
@@ -141,7 +150,11 @@ std::string ZshCompletion(const CLI::App& app) {
   }
   return absl::StrCat(
       "#compdef ", program, "\n# zsh completion for ", program, ": eval \"$(", program,
-      " completion zsh)\"\n", "_", program, "() {\n  local -a commands\n  commands=(\n", described(app),
+      " completion zsh)\"\n", "_", program, "_maps() {\n  local -a maps\n",
+      "  maps=(${(f)\"$(timeout 2 $program maps --names $at 2>/dev/null)\"})\n  compadd -a maps\n}\n", "_",
+      program, "() {\n  local program=$words[1] i\n  local -a at commands\n",
+      "  i=${words[(i)--coordinator]}\n  (( i < $#words )) && at=(--coordinator $words[i+1])\n",
+      "  commands=(\n", described(app),
       "  )\n  local curcontext=$curcontext state line\n  _arguments -C \\\n", ZshOptions(app, "    "),
       "    '1:command:->command' \\\n    '*::argument:->argument'\n",
       "  if [[ $state == command ]]; then\n    _describe command commands\n    return\n  fi\n",

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tests/cli/command.h"
+#include "tests/cli/map_cluster.h"
 
 namespace ndmap::testing {
 namespace {
@@ -61,9 +62,35 @@ TEST_F(CompletionTest, BashReadsIts) {
   EXPECT_EQ(Proposed("ndmap agg m --hist", 3), " --histogram \n");
 }
 
+// Where a map is to be named, those of the cluster are proposed.
+TEST_F(CompletionTest, BashAsksTheClusterForItsMaps) {
+  const MapCluster cluster;
+  cluster.Create("mountain");
+  cluster.Create("torus");
+  const std::string program = NDMAP_PROGRAM;
+  const std::string at = " --coordinator " + cluster.coordinator();
+  EXPECT_EQ(Proposed(program + at + " hash m", 4), " m mountain \n");
+  EXPECT_EQ(Proposed(program + at + " attr read mo", 5), " mountain \n");
+  EXPECT_EQ(Proposed(program + " agg" + at + " --json t", 5), " torus \n");
+  // As bash cuts it.
+  const size_t colon = cluster.coordinator().find(':');
+  const std::string cut =
+      cluster.coordinator().substr(0, colon) + " : " + cluster.coordinator().substr(colon + 1);
+  EXPECT_EQ(Proposed(program + " --coordinator " + cut + " cell t", 6), " torus \n");
+  EXPECT_EQ(Proposed(program + " cell --coordinator " + cut + " t", 6), " torus \n");
+  // The map was named; it is no map that is wanted; nobody answers.
+  EXPECT_EQ(Proposed(program + at + " cell m t", 5), "  \n");
+  EXPECT_EQ(Proposed(program + at + " create t", 4), "  \n");
+  EXPECT_EQ(Proposed(program + at + " run t", 4), "  \n");
+  EXPECT_EQ(Proposed(program + " --coordinator 127.0.0.1:1 hash t", 4), "  \n");
+  const Outcome names = cluster.Call({"maps", "--names"});
+  EXPECT_EQ(names.out, "m\nmountain\ntorus\n");
+}
+
 TEST_F(CompletionTest, ZshReadsIts) {
   const std::string script = Script("zsh");
   EXPECT_THAT(Shell("cat " + script), HasSubstr("'ring:the cells at most K steps away from a cell'"));
+  EXPECT_THAT(Shell("cat " + script), HasSubstr("'1:map:_ndmap_maps'"));
   EXPECT_THAT(Shell("cat " + script), HasSubstr("'drop:forget an attribute and its values'"));
   // Its quotes and brackets are of the kind that bash reads, too, where there is no zsh.
   EXPECT_EQ(Shell("bash -n " + script + " 2>&1"), "");
