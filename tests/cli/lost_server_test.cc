@@ -89,6 +89,27 @@ TEST_F(LostServerTest, APieceThatIsCutOffIsAnError) {
   EXPECT_GT(bytes, 0u);
 }
 
+// Whichever server is asked, it needs the other one.
+TEST_F(LostServerTest, ValuesThatAreCutOffEndWithTheError) {
+  v1::CellSelection all = AllCells();
+  uint64_t cells = 0;
+  absl::Status status;
+  for (const absl::StatusOr<CellValues>& part : map_->ReadAttributes(3, {"@point"}, all)) {
+    if (!part.ok()) {
+      status = part.status();
+      break;
+    }
+    if (cells == 0) Kill();
+    cells += part->cells.size();
+  }
+  ExpectLost(status);
+  EXPECT_GT(cells, 0u);
+  EXPECT_LT(cells, 216000u);
+  v1::AggregateRequest count;
+  count.set_dimension(0);
+  ExpectLost(map_->Aggregate(count).status());
+}
+
 TEST_F(LostServerTest, ANavigatorSaysThatItCannotGoOn) {
   const v1::DartRef start = map_->AnyDart(0)->dart();
   Kill();

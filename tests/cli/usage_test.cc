@@ -140,14 +140,19 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& info) { return info.param.name; });
 
 TEST(Usage, EveryCommandHasHelpWithAnExample) {
-  for (const char* command : {"run",     "up",     "create", "refine",  "trim",  "stats",     "check",
-                              "hash",    "export", "delete", "maps",    "jobs",  "watch",     "cancel",
-                              "version", "beta",   "sample", "cell",    "orbit", "incident",  "neighbors",
-                              "ring",    "locate", "box",    "nearest", "walk",  "completion"}) {
+  for (const char* command :
+       {"run",     "up",     "create",     "refine",   "trim",      "stats",  "check",   "hash",
+        "export",  "delete", "maps",       "jobs",     "watch",     "cancel", "version", "beta",
+        "sample",  "cell",   "orbit",      "incident", "neighbors", "ring",   "locate",  "box",
+        "nearest", "walk",   "completion", "inspect",  "agg",       "attr"}) {
     const Outcome outcome = Ndmap({command, "--help"});
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr(std::string("Example: ndmap ") + command)) << command;
     EXPECT_EQ(outcome.err, "") << command;
+  }
+  for (const char* command : {"define", "drop", "list", "read", "write", "set"}) {
+    EXPECT_THAT(Ndmap({"attr", command, "--help"}).out,
+                HasSubstr(std::string("Example: ndmap attr ") + command));
   }
   EXPECT_THAT(Ndmap({"--help"}).out, HasSubstr("Example: ndmap sample"));
 }
