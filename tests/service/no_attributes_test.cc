@@ -12,8 +12,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr char kRefined[] = "h0 h0/7 h0/7.0 h5 h5/2 h6/1 h6 h6/1.3";
-
 class NoAttributesTest : public ::testing::Test {
  protected:
   NoAttributesTest() : cluster_(3) {}
