@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/peer_calls.h"
 #include "server/wire.h"
 #include "service/status.h"
 

@@ -11,6 +11,7 @@
 #include "absl/types/span.h"
 #include "core/map/walk.h"
 #include "server/block_version.h"
+#include "server/peer_calls.h"
 #include "server/walk_answer.h"
 #include "server/wire.h"
 #include "service/status.h"

@@ -1,119 +1,164 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/geometry/surface_index.h"
 
-#include <CGAL/AABB_segment_primitive.h>
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cmath>
+#include <limits>
 #include <utility>
-#include <vector>
+
+#include "core/geometry/triangle_filter.h"
 
 namespace ndmap {
 namespace {
 
-// Its do_intersect of a Bbox_3 with a triangle or a segment is filtered: doubles with an error bound first,
-// then intervals, then exact numbers. The tests compare it with exact arithmetic alone.
+// Its do_intersect of a Bbox_3 with a triangle or a segment is exact: doubles with an error bound first, then
+// intervals, then exact numbers. Asked only where TriangleFilter is unsure.
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 Kernel::Point_3 ToCgal(const Point3& p) { return {p[0], p[1], p[2]}; }
 
-}  // namespace
-
-namespace internal {
-
-// A triangle by its number alone; the tree's traits know the surface.
-class TrianglePrimitive {
- public:
-  using Id = uint32_t;
-  using Point = Kernel::Point_3;
-  using Datum = Kernel::Triangle_3;
-  using Datum_reference = Datum;
-  using Point_reference = Point;
-  using Shared_data = const TriangleSurface*;
-
-  TrianglePrimitive() = default;
-  TrianglePrimitive(const uint32_t* id, Shared_data) : id_(*id) {}
-  static Shared_data construct_shared_data(Shared_data surface) { return surface; }
-  Datum datum(Shared_data surface) const {
-    const auto& [a, b, c] = surface->triangles[id_];
-    return {ToCgal(surface->points[a]), ToCgal(surface->points[b]), ToCgal(surface->points[c])};
-  }
-  Point reference_point(Shared_data surface) const {
-    return ToCgal(surface->points[surface->triangles[id_][0]]);
-  }
-  Id id() const { return id_; }
-
- private:
-  uint32_t id_ = 0;
-};
-
-}  // namespace internal
-
-namespace {
-
-using Segments = std::vector<Kernel::Segment_3>;
-using TriangleTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, internal::TrianglePrimitive>>;
-using SegmentTree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_segment_primitive<Kernel, Segments::const_iterator>>>;
-
-// What a triangle with collinear corners consists of.
-Kernel::Segment_3 LongestSide(const Kernel::Triangle_3& t) {
-  const auto ends = std::minmax({t[0], t[1], t[2]});  // By coordinates: along a line the extreme ones.
-  return {ends.first, ends.second};
+bool ExactlyMeets(const Box3& box, const Point3& a, const Point3& b, const Point3& c, bool degenerate) {
+  const CGAL::Bbox_3 bbox(box.lo[0], box.lo[1], box.lo[2], box.hi[0], box.hi[1], box.hi[2]);
+  if (!degenerate) return CGAL::do_intersect(bbox, Kernel::Triangle_3(ToCgal(a), ToCgal(b), ToCgal(c)));
+  // CGAL takes a triangle without area for more than it is. It consists of its longest side, which is that of
+  // its extreme corners by coordinates.
+  const auto ends = std::minmax({a, b, c});
+  if (ends.first == ends.second) return CGAL::do_overlap(bbox, ToCgal(a).bbox());
+  return CGAL::do_intersect(bbox, Kernel::Segment_3(ToCgal(ends.first), ToCgal(ends.second)));
 }
 
-bool BoxesMeet(const Box3& region, const CGAL::Bbox_3& box) {
-  for (int c = 0; c < 3; ++c) {
-    if (box.min(c) > region.hi[c] || box.max(c) < region.lo[c]) return false;
-  }
-  return true;
+// The nearest floats below and above.
+float Below(double x) {
+  const float f = static_cast<float>(x);
+  return f <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
+}
+float Above(double x) { return -Below(-x); }
+
+bool IsFlat(const Box3& box) {
+  return box.lo[0] == box.hi[0] || box.lo[1] == box.hi[1] || box.lo[2] == box.hi[2];
 }
 
-}  // namespace
-
-struct SurfaceIndex::Tree {
-  std::shared_ptr<const TriangleSurface> surface;
-  TriangleTree triangles;
-  // CGAL's test of a box with a triangle takes a triangle without area for more than it is.
-  Segments segments;
-  SegmentTree degenerate;
-};
-
-SurfaceIndex::SurfaceIndex(std::shared_ptr<const TriangleSurface> surface,
-                           const std::optional<Box3>& region) {
-  auto tree = std::make_unique<Tree>();
-  tree->surface = std::move(surface);
-  std::vector<uint32_t> chosen;
-  for (uint32_t t = 0; t < tree->surface->triangles.size(); ++t) {
-    const auto triangle = internal::TrianglePrimitive(&t, nullptr).datum(tree->surface.get());
-    if (region && !BoxesMeet(*region, triangle.bbox())) continue;
-    if (triangle.is_degenerate()) {
-      tree->segments.push_back(LongestSide(triangle));
-    } else {
-      chosen.push_back(t);
+Box3 BoxAround(absl::Span<const Box3> boxes, const bool* skip) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Box3 around{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    for (int x = 0; x < 3 && !skip[i]; ++x) {
+      around.lo[x] = std::min(around.lo[x], boxes[i].lo[x]);
+      around.hi[x] = std::max(around.hi[x], boxes[i].hi[x]);
     }
   }
-  // Built now: CGAL would otherwise build at the first question.
-  const uint32_t* first = chosen.data();
-  tree->triangles.insert(first, first + chosen.size(), tree->surface.get());
-  tree->triangles.build();
-  tree->degenerate.insert(tree->segments.begin(), tree->segments.end());
-  tree->degenerate.build();
-  tree_ = std::move(tree);
+  return around;
 }
 
-SurfaceIndex::~SurfaceIndex() = default;
+}  // namespace
+
+SurfaceIndex::SurfaceIndex(std::shared_ptr<const TriangleSurface> surface, const std::optional<Box3>& region)
+    : surface_(std::move(surface)) {
+  for (uint32_t t = 0; t < surface_->triangles.size(); ++t) {
+    const TriangleFilter filter(Corner(t, 0), Corner(t, 1), Corner(t, 2));
+    if (region && !filter.NearTo(*region)) continue;
+    const bool degenerate = CGAL::collinear(ToCgal(Corner(t, 0)), ToCgal(Corner(t, 1)), ToCgal(Corner(t, 2)));
+    entries_.push_back(degenerate ? t | kDegenerate : t);
+  }
+  entries_.shrink_to_fit();
+  if (!entries_.empty()) Build(0, static_cast<uint32_t>(entries_.size()));
+  nodes_.shrink_to_fit();
+}
+
+void SurfaceIndex::Build(uint32_t begin, uint32_t end) {
+  const size_t at = nodes_.size();
+  Point3 lo = Corner(entries_[begin], 0), hi = lo;
+  Point3 least = lo, most = lo;  // Of first corners.
+  for (uint32_t i = begin; i < end; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const Point3& p = Corner(entries_[i], k);
+      for (int x = 0; x < 3; ++x) {
+        lo[x] = std::min(lo[x], p[x]);
+        hi[x] = std::max(hi[x], p[x]);
+        if (k > 0) continue;
+        least[x] = std::min(least[x], p[x]);
+        most[x] = std::max(most[x], p[x]);
+      }
+    }
+  }
+  nodes_.push_back({{Below(lo[0]), Below(lo[1]), Below(lo[2])},
+                    {Above(hi[0]), Above(hi[1]), Above(hi[2])},
+                    begin,
+                    end,
+                    0});
+  if (end - begin <= kLeaf) return;
+  int axis = 0;
+  for (int x = 1; x < 3; ++x) {
+    if (most[x] - least[x] > most[axis] - least[axis]) axis = x;
+  }
+  const uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(entries_.begin() + begin, entries_.begin() + middle, entries_.begin() + end,
+                   [this, axis](uint32_t a, uint32_t b) { return Corner(a, 0)[axis] < Corner(b, 0)[axis]; });
+  Build(begin, middle);
+  nodes_[at].second = static_cast<uint32_t>(nodes_.size());
+  Build(middle, end);
+}
+
+template <class F>
+void SurfaceIndex::Visit(const Box3& near, F f) const {
+  if (nodes_.empty()) return;
+  // Halves are halves by number, so there are at most 31 levels.
+  std::array<uint32_t, 32> waiting;
+  size_t count = 0;
+  waiting[count++] = 0;
+  while (count > 0) {
+    const uint32_t at = waiting[--count];
+    const Node& node = nodes_[at];
+    if (node.lo[0] > near.hi[0] || node.hi[0] < near.lo[0] || node.lo[1] > near.hi[1] ||
+        node.hi[1] < near.lo[1] || node.lo[2] > near.hi[2] || node.hi[2] < near.lo[2]) {
+      continue;
+    }
+    if (node.second != 0) {
+      waiting[count++] = node.second;
+      waiting[count++] = at + 1;
+      continue;
+    }
+    for (uint32_t i = node.begin; i < node.end; ++i) {
+      if (f(entries_[i])) return;
+    }
+  }
+}
+
+void SurfaceIndex::MeetMany(absl::Span<const Box3> boxes, bool* met) const {
+  size_t left = boxes.size();
+  Box3 near = BoxAround(boxes, met);
+  Visit(near, [&](uint32_t entry) {
+    const Point3 &a = Corner(entry, 0), &b = Corner(entry, 1), &c = Corner(entry, 2);
+    const TriangleFilter filter(a, b, c);
+    if (!filter.NearTo(near)) return false;
+    const size_t before = left;
+    const bool degenerate = (entry & kDegenerate) != 0;
+    for (size_t i = 0; i < boxes.size(); ++i) {
+      if (met[i] || !filter.NearTo(boxes[i])) continue;
+      const Meeting meeting = degenerate || IsFlat(boxes[i]) ? Meeting::kUnsure : filter.With(boxes[i]);
+      if (meeting == Meeting::kApart) continue;
+      if (meeting == Meeting::kUnsure && !ExactlyMeets(boxes[i], a, b, c, degenerate)) continue;
+      met[i] = true;
+      --left;
+    }
+    // What is left may be far from many triangles.
+    if (left != before) near = BoxAround(boxes, met);
+    return left == 0;
+  });
+}
 
 bool SurfaceIndex::Meets(const Box3& closed_box) const {
-  const CGAL::Bbox_3 box(closed_box.lo[0], closed_box.lo[1], closed_box.lo[2], closed_box.hi[0],
-                         closed_box.hi[1], closed_box.hi[2]);
-  return (!tree_->triangles.empty() && tree_->triangles.do_intersect(box)) ||
-         (!tree_->degenerate.empty() && tree_->degenerate.do_intersect(box));
+  bool met = false;
+  MeetMany(absl::MakeConstSpan(&closed_box, 1), &met);
+  return met;
 }
 
-size_t SurfaceIndex::size() const { return tree_->triangles.size() + tree_->degenerate.size(); }
+std::array<bool, 8> SurfaceIndex::MeetEach(const std::array<Box3, 8>& closed_boxes) const {
+  std::array<bool, 8> met{};
+  MeetMany(closed_boxes, met.data());
+  return met;
+}
 
 }  // namespace ndmap

@@ -3,10 +3,12 @@
 
 #include <CGAL/Exact_rational.h>
 
+#include <cmath>
 #include <random>
 #include <thread>
 #include <vector>
 
+#include "core/geometry/triangle_filter.h"
 #include "core/io/sample_surface.h"
 #include "gtest/gtest.h"
 
@@ -94,6 +96,171 @@ TEST(SurfaceIndexTest, AgreesWithExactClippingOnSmallIntegers) {
   }
   EXPECT_GT(met, kTriangles * kBoxes / 20);
   EXPECT_GT(degenerate, 20);
+}
+
+// Eight boxes at once are answered as each alone: boxes that lie together, as children do, and the same box
+// twice.
+TEST(SurfaceIndexTest, EightBoxesAreAnsweredAsEachAlone) {
+  const auto s = std::make_shared<TriangleSurface>(*MakeSample("knot", {.triangles = 3000, .scale = 1}));
+  const SurfaceIndex index(s);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+  int met = 0, asked = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double size = std::exp2(-1 - i % 8);
+    const Point3 at = {coordinate(random), coordinate(random), coordinate(random)};
+    std::array<Box3, 8> boxes;
+    for (unsigned c = 0; c < 8; ++c) {
+      for (int x = 0; x < 3; ++x) {
+        boxes[c].lo[x] = at[x] + (c >> x & 1) * size;
+        boxes[c].hi[x] = boxes[c].lo[x] + size;
+      }
+    }
+    if (i % 5 == 0) boxes[3] = boxes[4];
+    const std::array<bool, 8> each = index.MeetEach(boxes);
+    for (unsigned c = 0; c < 8; ++c) {
+      ASSERT_EQ(each[c], index.Meets(boxes[c])) << "boxes " << i << ", " << c;
+      if (i % 50 == 0) {
+        ASSERT_EQ(each[c], AnyMeetsByClipping(*s, boxes[c])) << "boxes " << i << ", " << c;
+      }
+      met += each[c];
+      ++asked;
+    }
+  }
+  EXPECT_GT(met, asked / 20);
+  EXPECT_LT(met, asked * 19 / 20);
+}
+
+// Triangles on a grid of whole numbers and the eight children of a box on it: they touch in corners, edges
+// and faces all the time. "Touch" is meant literally: they meet, and no box a little smaller does.
+TEST(SurfaceIndexTest, ChildrenThatOnlyTouchAreToldExactly) {
+  std::mt19937 random(13);
+  std::uniform_int_distribution<int> coordinate(-6, 6), corner(-6, 4);
+  int touched = 0, met = 0, apart = 0;
+  constexpr int kSurfaces = 600;
+  for (int t = 0; t < kSurfaces; ++t) {
+    // Powers of two keep what touches touching; also beside the origin, where fewer digits are left.
+    const double scale = std::exp2(t % 5 * 10 - 20), offset = t % 3 == 0 ? 4096 * scale : 0;
+    auto s = std::make_shared<TriangleSurface>();
+    for (uint32_t i = 0; i < 12; ++i) {
+      s->points.push_back({});
+      for (double& x : s->points.back()) x = offset + scale * coordinate(random);
+      if (i % 3 == 2) s->triangles.push_back({i - 2, i - 1, i});
+    }
+    const SurfaceIndex index(s);
+    const double size = scale * (1 + t % 2);
+    Point3 at;
+    for (double& x : at) x = offset + scale * corner(random);
+    std::array<Box3, 8> boxes, smaller;
+    for (unsigned c = 0; c < 8; ++c) {
+      for (int x = 0; x < 3; ++x) {
+        boxes[c].lo[x] = at[x] + (c >> x & 1) * size;
+        boxes[c].hi[x] = boxes[c].lo[x] + size;
+        smaller[c].lo[x] = std::nextafter(boxes[c].lo[x], boxes[c].hi[x]);
+        smaller[c].hi[x] = std::nextafter(boxes[c].hi[x], boxes[c].lo[x]);
+      }
+    }
+    const std::array<bool, 8> each = index.MeetEach(boxes), each_smaller = index.MeetEach(smaller);
+    for (unsigned c = 0; c < 8; ++c) {
+      const bool expected = AnyMeetsByClipping(*s, boxes[c]);
+      const bool expected_smaller = AnyMeetsByClipping(*s, smaller[c]);
+      ASSERT_EQ(each[c], expected) << "surface " << t << ", box " << c;
+      ASSERT_EQ(index.Meets(boxes[c]), expected) << "surface " << t << ", box " << c;
+      ASSERT_EQ(each_smaller[c], expected_smaller) << "surface " << t << ", box " << c;
+      touched += expected && !expected_smaller;
+      met += expected_smaller;
+      apart += !expected;
+    }
+  }
+  EXPECT_GT(touched, 200);
+  EXPECT_GT(met, 200);
+  EXPECT_GT(apart, 200);
+}
+
+// Coordinates so small or so large that products of them leave the range of doubles, or are rounded to 0.
+TEST(SurfaceIndexTest, ExactWhereProductsUnderflowOrOverflow) {
+  std::mt19937 random(17);
+  std::uniform_int_distribution<int> coordinate(-3, 3);
+  int met = 0, apart = 0;
+  for (int t = 0; t < 400; ++t) {
+    // The box larger than the triangle by up to 2^600, and in many cases far from its plane for its size.
+    const double scale = std::exp2(std::array<int, 5>{-560, -530, -250, 240, 400}[t % 5]);
+    const double box_scale = scale * std::exp2(t % 4 * 200);
+    TriangleSurface s;
+    for (uint32_t i = 0; i < 3; ++i) {
+      s.points.push_back({});
+      for (double& x : s.points.back()) x = scale * (coordinate(random) + coordinate(random) / 1024.0);
+    }
+    s.triangles.push_back({0, 1, 2});
+    Box3 box;
+    for (int x = 0; x < 3; ++x) {
+      // A corner at a point of the triangle's box, with whole numbers of the triangle's scale.
+      const double near = scale * (coordinate(random) / 2.0),
+                   far = box_scale * (1 + coordinate(random) / 8.0);
+      const bool below = (random() & 1) != 0;
+      box.lo[x] = below ? near - far : near;
+      box.hi[x] = below ? near : near + far;
+    }
+    const bool expected = AnyMeetsByClipping(s, box);
+    const SurfaceIndex index(std::make_shared<TriangleSurface>(s));
+    ASSERT_EQ(index.Meets(box), expected) << t << " triangle " << testing::PrintToString(s.points) << " box "
+                                          << testing::PrintToString(box.lo) << testing::PrintToString(box.hi);
+    ++(expected ? met : apart);
+  }
+  EXPECT_GT(met, 50);
+  EXPECT_GT(apart, 50);
+}
+
+// Boxes a corner of which was rounded to a triangle's plane or sides, or is some units in the last place
+// beside them: the doubles alone never say what exact numbers do not, and say something of most boxes.
+TEST(TriangleFilterTest, WhatIsSureIsTrueAlsoWhereBoxesNearlyTouch) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int sure = 0, unsure = 0, met = 0;
+  constexpr int kTriangles = 400, kBoxes = 40;
+  for (int t = 0; t < kTriangles; ++t) {
+    // Also far from the origin, tiny, and along the axes.
+    const double offset = t % 4 == 0 ? 1000 : t % 4 == 1 ? 1 : 0, scale = std::exp2(-(t % 7) * 3);
+    TriangleSurface s;
+    for (int i = 0; i < 3; ++i) {
+      s.points.push_back(
+          {offset + scale * unit(random), offset + scale * unit(random), offset + scale * unit(random)});
+    }
+    if (t % 3 == 0) s.points[1][t % 9 / 3] = s.points[0][t % 9 / 3];
+    if (t % 9 == 1) s.points[2][0] = s.points[1][0] = s.points[0][0];
+    s.triangles.push_back({0, 1, 2});
+    const TriangleFilter filter(s.points[0], s.points[1], s.points[2]);
+    for (int b = 0; b < kBoxes; ++b) {
+      // A point of the triangle, or of a side.
+      double u = unit(random), v = b % 3 == 0 ? 0 : unit(random);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      Box3 box;
+      for (int x = 0; x < 3; ++x) {
+        const double p =
+            s.points[0][x] + u * (s.points[1][x] - s.points[0][x]) + v * (s.points[2][x] - s.points[0][x]);
+        double near = p;
+        for (int ulps = b % 5; ulps > 0; --ulps) near = std::nextafter(near, b % 2 == 0 ? 1e9 : -1e9);
+        const double far = scale * (0.01 + unit(random));
+        const bool below = (random() & 1) != 0;
+        box.lo[x] = below ? near - far : near;
+        box.hi[x] = below ? near : near + far;
+        if (!(box.lo[x] < box.hi[x])) box.hi[x] = std::nextafter(box.lo[x], 1e9);
+      }
+      const bool expected = MeetsByClipping(s, 0, box);
+      met += expected;
+      if (!filter.NearTo(box)) {
+        ASSERT_FALSE(expected) << "triangle " << t << " box " << b;
+        continue;
+      }
+      const Meeting meeting = filter.With(box);
+      ++(meeting == Meeting::kUnsure ? unsure : sure);
+      if (meeting == Meeting::kUnsure) continue;
+      ASSERT_EQ(meeting == Meeting::kMeet, expected) << "triangle " << t << " box " << b;
+    }
+  }
+  EXPECT_GT(sure, 1000);
+  EXPECT_GT(unsure, 1000);
+  EXPECT_GT(met, 1000);
 }
 
 // A box whose corner lies in a slanted plane, or misses it by one unit in the last place.

@@ -154,10 +154,14 @@ TEST_P(CellsTest, CentresAndVolumesAreThoseOfTheMeshWhateverTheBlocks) {
     if (measures.volumes.contains(id)) {
       EXPECT_EQ(measures.centres[3].at(id), MeanOfCorners(c.mesh, c.mesh.Corners(initial)));
     }
-    if (c.mesh.kinds[initial] != CellKind::kHexahedron) EXPECT_EQ(sum, volume) << id.ToString();
+    if (c.mesh.kinds[initial] != CellKind::kHexahedron) {
+      EXPECT_EQ(sum, volume) << id.ToString();
+    }
     const bool removed = std::any_of(c.removed.begin(), c.removed.end(),
                                      [&](const CellId& r) { return r.initial() == initial; });
-    if (!removed) EXPECT_NEAR(sum, volume, 1e-12 * (1 + std::abs(volume))) << id.ToString();
+    if (!removed) {
+      EXPECT_NEAR(sum, volume, 1e-12 * (1 + std::abs(volume))) << id.ToString();
+    }
   }
 }
 

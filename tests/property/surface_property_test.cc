@@ -291,6 +291,34 @@ TEST(SurfaceAlgorithmsTest, ACallIsShortAndACancelledLoadLeavesNothing) {
   EXPECT_TRUE(block.map().is_valid());
 }
 
+// Wherever a trim is cancelled, the vertices are those of the faces that are left.
+TEST(SurfaceAlgorithmsTest, ACancelledTrimLeavesAValidMap) {
+  int split = 0;
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const SurfaceCase c = MakeSurfaceCase(seed);
+    for (size_t steps = 1; steps < c.removed.size(); steps += 1 + c.removed.size() / 8) {
+      SimulatedMap<Block2> map(1, Routing::kDirect, {});
+      ASSERT_TRUE(map.LoadMesh(c.mesh, std::vector<uint32_t>(c.mesh.faces(), 0)).ok());
+      Block2& block = *map.blocks()[0];
+      const auto vertices = block.map().number_of_attributes<0>();
+      const Environment environment{BlockId{0}, 1, Routing::kDirect, nullptr, nullptr};
+      auto trim = MakeAlgorithm("trim", Parameters().Set("cells", TextOf(c.removed)), environment, block);
+      ASSERT_TRUE(trim.ok()) << trim.status();
+      while (!(*trim)->Start(10).value()) {
+      }
+      Bin bin;
+      ASSERT_EQ((*trim)->Work(steps, bin).value(), steps);
+      (*trim)->Cancel();
+      while ((*trim)->HasWork()) ASSERT_EQ((*trim)->Work(1, bin).value(), 1u);
+      EXPECT_EQ((*trim)->report().counts["removed"], static_cast<int64_t>(steps));
+      EXPECT_TRUE(block.map().is_valid()) << c.Describe() << " after " << steps;
+      EXPECT_EQ(map.Run("check", {})->counts["findings"], 0) << c.Describe() << " after " << steps;
+      split += block.map().number_of_attributes<0>() > vertices;
+    }
+  }
+  EXPECT_GT(split, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, SurfacePropertyTest, testing::Range<uint64_t>(0, 100));
 
 }  // namespace

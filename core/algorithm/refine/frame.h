@@ -8,7 +8,6 @@
 #include <array>
 #include <limits>
 
-#include "absl/container/inlined_vector.h"
 #include "core/algorithm/refine/hexahedron.h"
 #include "core/geometry/surface.h"
 #include "core/map/block.h"
@@ -101,34 +100,18 @@ class Frame {
   std::array<Dart, hexahedron::kRoles> first;
   std::array<Dart, hexahedron::kRoles> last;
   int level = 0;
+  // No edge and no face is split, so that first and last are the same.
+  bool whole = false;
 
   // All roles of the cell whose dart with `role` is `reference`. O(darts on its edges).
   static Frame Of(Lcc& map, Dart reference, unsigned role, int level) {
     Frame frame;
     frame.level = level;
-    std::array<bool, hexahedron::kRoles> walked{};
-    std::array<bool, hexahedron::kRoles> queued{};
-    absl::InlinedVector<unsigned, hexahedron::kRoles> queue = {role};
-    queued[role] = true;
-    frame.first[role] = reference;
-    while (!queue.empty()) {
-      const unsigned r = queue.back();
-      queue.pop_back();
-      const unsigned across = hexahedron::kAcross[r];
-      if (!walked[r]) {
-        frame.last[r] = EdgeEnd(map, frame.first[r], level);
-        frame.first[across] = map.template beta<2>(frame.last[r]);
-        frame.last[across] = map.template beta<2>(frame.first[r]);
-        walked[r] = walked[across] = true;
-        if (!queued[across]) queue.push_back(across);
-        queued[across] = true;
-      }
-      const unsigned next = hexahedron::NextRole(r);
-      if (!queued[next]) {
-        frame.first[next] = map.template beta<1>(frame.last[r]);
-        queue.push_back(next);
-        queued[next] = true;
-      }
+    frame.whole = frame.FillWhole(map, reference, role);
+    if (frame.whole) {
+      frame.last = frame.first;
+    } else {
+      frame.Fill(map, reference, role);
     }
     return frame;
   }
@@ -142,6 +125,63 @@ class Frame {
     std::array<Point3, 8> corners;
     for (unsigned c = 0; c < 8; ++c) corners[c] = StartPoint(map, first[hexahedron::kCornerRole[c]]);
     return corners;
+  }
+
+ private:
+  // The four roles of a face, the first of which is given; whether beta_1 leads around it in four steps.
+  bool FillQuad(Lcc& map, unsigned role, Dart d) {
+    for (int k = 0; k < 4; ++k) {
+      first[role] = d;
+      role = hexahedron::NextRole(role);
+      d = map.template beta<1>(d);
+    }
+    return d == first[role];
+  }
+
+  // Fills `first` of a hexahedron no edge and no face of which is split; false if one is. Five faces are
+  // looked at: four darts between corners are a whole face with whole edges, and a face with whole edges is
+  // whole.
+  bool FillWhole(Lcc& map, Dart reference, unsigned role) {
+    if (!FillQuad(map, role, reference)) return false;
+    unsigned opposite = 0;
+    for (int k = 0; k < 4; ++k, role = hexahedron::NextRole(role)) {
+      if (StartLevel(map, first[role]) > level) return false;
+      const unsigned across = hexahedron::kAcross[role];
+      if (!FillQuad(map, across, map.template beta<2>(first[role]))) return false;
+      opposite = hexahedron::NextRole(hexahedron::NextRole(across));
+      if (StartLevel(map, first[opposite]) > level) return false;
+    }
+    return FillQuad(map, hexahedron::kAcross[opposite], map.template beta<2>(first[opposite]));
+  }
+
+  void Fill(Lcc& map, Dart reference, unsigned role) {
+    std::array<bool, hexahedron::kRoles> walked{};
+    std::array<bool, hexahedron::kRoles> queued{};
+    std::array<uint8_t, hexahedron::kRoles> queue;
+    size_t waiting = 0;
+    const auto add = [&](unsigned r, Dart d) {
+      first[r] = d;
+      queue[waiting++] = static_cast<uint8_t>(r);
+      queued[r] = true;
+    };
+    add(role, reference);
+    while (waiting > 0) {
+      const unsigned r = queue[--waiting];
+      const unsigned across = hexahedron::kAcross[r];
+      if (!walked[r]) {
+        last[r] = EdgeEnd(map, first[r], level);
+        last[across] = map.template beta<2>(first[r]);
+        const Dart back = map.template beta<2>(last[r]);
+        if (queued[across]) {
+          first[across] = back;
+        } else {
+          add(across, back);
+        }
+        walked[r] = walked[across] = true;
+      }
+      const unsigned next = hexahedron::NextRole(r);
+      if (!queued[next]) add(next, map.template beta<1>(last[r]));
+    }
   }
 };
 

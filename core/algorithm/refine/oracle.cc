@@ -26,6 +26,7 @@ class SurfaceOracle final : public RefineOracle {
     return index_->Meets(CornerBox(corners));
   }
   bool tells_cut() const override { return true; }
+  std::array<bool, 8> CutEach(const std::array<Box3, 8>& boxes) override { return index_->MeetEach(boxes); }
 
  private:
   const std::shared_ptr<const SurfaceIndex> index_;

@@ -24,6 +24,9 @@ class RefineOracle {
   virtual bool Refine(const CellId& id, const std::array<Point3, 8>& corners) = 0;
   // Whether a "no" means that the hexahedron does not meet the surface.
   virtual bool tells_cut() const { return false; }
+  // Of an oracle that tells_cut(): the answers for eight hexahedra close together, given by the boxes of
+  // their corners.
+  virtual std::array<bool, 8> CutEach(const std::array<Box3, 8>&) { return {}; }
   // Whether it was given this cell by its id: then one that cannot be refined is an error.
   virtual bool Lists(const CellId&) const { return false; }
   // How many of the cells that it was given by their ids are wanted; none if it was not given ids.

@@ -32,6 +32,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "core/algorithm/block_algorithm.h"
+#include "core/algorithm/refine/children.h"
 #include "core/algorithm/refine/oracle.h"
 #include "core/algorithm/refine/subdivider.h"
 #include "core/map/memory.h"
@@ -143,26 +144,17 @@ class Refine final : public BlockAlgorithm {
     while (steps < budget && !todo_.empty()) {
       const Cell cell = todo_.back();
       todo_.pop_back();
-      const F frame = F::Of(map_, cell);
-      auto& info = map_.template info_of_attribute<3>(cell);
       ++steps;
       ++tested_;
-      const bool refine = oracle_->Refine(info.id, frame.Corners(map_));
-      if (oracle_->Lists(info.id)) ++listed_found_;
-      // A side that is known already stays known.
-      if (oracle_->tells_cut() && (refine || info.state == CellState::kUnknown)) {
-        const CellState state = refine ? CellState::kCut : CellState::kClear;
-        if (info.state != state) block_.Touch();
-        info.state = state;
-      }
-      if (!refine) continue;
+      if (oracle_->Lists(map_.template info_of_attribute<3>(cell).id)) ++listed_found_;
+      if (!IsToBeRefined(cell)) continue;
       if (options_.memory_limit != 0 &&
           block_.AccountedBytes() + SplitBytes(block_) > options_.memory_limit) {
         stopped_by_memory_ = true;
         todo_.clear();
         break;
       }
-      RefineCell(cell, frame, out);
+      RefineCell(cell, F::Of(map_, cell), out);
       if (absl::Status status = RetryKept(out); !status.ok()) return status;
       steps += 3;
     }
@@ -234,18 +226,31 @@ class Refine final : public BlockAlgorithm {
                                                    ShapeOf(kind).name, ": only hexahedra are"));
   }
 
+  // Asks the oracle, unless it has told of the cell already.
+  bool IsToBeRefined(Cell cell) {
+    auto& info = map_.template info_of_attribute<3>(cell);
+    if (oracle_->tells_cut() && info.state != CellState::kUnknown) return info.state == CellState::kCut;
+    const bool refine = oracle_->Refine(info.id, F::Of(map_, cell).Corners(map_));
+    if (oracle_->tells_cut()) {
+      info.state = refine ? CellState::kCut : CellState::kClear;
+      block_.Touch();
+    }
+    return refine;
+  }
+
   void RefineCell(Cell cell, const F& frame, Outbox& out) {
     const int l = frame.level;
     std::array<bool, hexahedron::kFaces> whole;
     bool at_boundary = false;
     for (unsigned f = 0; f < hexahedron::kFaces; ++f) {
       const Dart d = frame.first[hexahedron::Role(f, 0)];
-      whole[f] = F::FaceIsWhole(map_, d, l);
+      whole[f] = frame.whole || F::FaceIsWhole(map_, d, l);
       at_boundary = at_boundary || block_.IsCritical(d);
     }
     for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
       // Each edge has two roles; and a neighbour may have split it.
-      if (hexahedron::kAcross[role] < role || F::EndLevel(map_, frame.first[role]) > l) continue;
+      if (hexahedron::kAcross[role] < role) continue;
+      if (!frame.whole && F::EndLevel(map_, frame.first[role]) > l) continue;
       // A face of this cell that has a whole edge is whole and is told by its SplitFace.
       for (const auto& split : subdivider_.SplitEdge(frame.first[role])) {
         if (map_.template attribute<3>(split.dart) != cell) Tell(kSplitEdge, split.label, split.dart, out);
@@ -260,14 +265,20 @@ class Refine final : public BlockAlgorithm {
       if (critical) Tell(kSplitFace, name, d, out);
     }
     const CellId id = map_.template info_of_attribute<3>(cell).id;
-    subdivider_.SplitVolume(cell, frame);
+    const std::array<Point3, 8> corners = frame.Corners(map_);
+    const std::array<Cell, 8> children = subdivider_.SplitVolume(cell, frame, corners);
+    if (oracle_->tells_cut()) {
+      // Together they cost little more than one of them.
+      const std::array<bool, 8> cut = oracle_->CutEach(ChildBoxes(corners));
+      for (unsigned c = 0; c < 8; ++c) {
+        map_.template info_of_attribute<3>(children[c]).state = cut[c] ? CellState::kCut : CellState::kClear;
+      }
+    }
     ++refined_;
     if (at_boundary) ++refined_at_boundary_;
     block_.Touch();
     if (options_.level != Options::kAllLevels || id.level() + 1 >= options_.depth) return;
-    for (unsigned c = 0; c < 8; ++c) {
-      todo_.push_back(map_.template attribute<3>(frame.first[hexahedron::kCornerRole[c]]));
-    }
+    todo_.insert(todo_.end(), children.begin(), children.end());
   }
 
   void Tell(RefineMessage kind, const Label& label, Dart critical, Outbox& out) {

@@ -12,7 +12,7 @@
 #include "core/algorithm/refine/geometry.h"
 #include "core/algorithm/refine/label.h"
 #include "core/map/block.h"
-#include "core/map/link.h"
+#include "core/map/dart_writer.h"
 
 namespace ndmap {
 
@@ -26,7 +26,7 @@ class Subdivider {
   using F = Frame<BlockT>;
   static_assert(BlockT::n == 3, "hexahedra live in 3-maps");
 
-  explicit Subdivider(BlockT& block) : block_(block), map_(block.map()) {}
+  explicit Subdivider(BlockT& block) : block_(block), map_(block.map()), writer_(block.map()) {}
 
   // A critical dart of an edge that was split, with the label it had; `dart` has the edge's first half now.
   struct SplitCritical {
@@ -38,35 +38,38 @@ class Subdivider {
 
   // Splits the edge of d, every dart of it in this block. O(volumes around it).
   SplitCriticals SplitEdge(Dart d) {
-    const Fan fan = FanOf(d);
+    writer_.Begin();
+    const bool closed = FindFan(d);
     const Dart end = map_.template beta<1>(d);
     const int level = std::max(F::StartLevel(map_, d), F::StartLevel(map_, end)) + 1;
     const Vertex middle = NewVertex(Midpoint(F::StartPoint(map_, d), F::StartPoint(map_, end)), level);
-    absl::InlinedVector<Dart, 16> second;
-    for (Dart x : fan.darts) {
-      const Dart y = map_.create_dart();
-      LinkBeta1(map_, y, map_.template beta<1>(x));
-      LinkBeta1(map_, x, y);
-      map_.template set_dart_attribute<0>(y, middle);
-      map_.template set_dart_attribute<3>(y, map_.template attribute<3>(x));
-      second.push_back(y);
+    const size_t count = fan_.size();
+    second_.clear();
+    for (Dart x : fan_) {
+      const Cell cell = map_.template attribute<3>(x);
+      const Dart y = writer_.New(middle, cell);
+      writer_.CountCell(cell, 1);
+      writer_.Link1(y, map_.template beta<1>(x));
+      writer_.Link1(x, y);
+      second_.push_back(y);
     }
+    writer_.CountVertex(middle, count);
+    map_.template set_dart_of_attribute<0>(middle, second_[0]);
     // Neighbours in the fan run against each other: halves are linked crosswise, by beta_2 and beta_3 in
     // turn.
-    const size_t count = fan.darts.size();
-    for (size_t i = 0; i + 1 < count || (fan.closed && i < count); ++i) {
+    for (size_t i = 0; i + 1 < count || (closed && i < count); ++i) {
       const size_t j = i + 1 == count ? 0 : i + 1;
       if (i % 2 == 0) {
-        map_.template basic_link_beta_for_involution<2>(fan.darts[i], second[j]);
-        map_.template basic_link_beta_for_involution<2>(second[i], fan.darts[j]);
+        writer_.template Link<2>(fan_[i], second_[j]);
+        writer_.template Link<2>(second_[i], fan_[j]);
       } else {
-        map_.template basic_link_beta_for_involution<3>(fan.darts[i], second[j]);
-        map_.template basic_link_beta_for_involution<3>(second[i], fan.darts[j]);
+        writer_.template Link<3>(fan_[i], second_[j]);
+        writer_.template Link<3>(second_[i], fan_[j]);
       }
     }
     SplitCriticals criticals;
     for (size_t i = 0; i < count; ++i) {
-      if (block_.IsCritical(fan.darts[i])) criticals.push_back(DeriveHalves(fan.darts[i], second[i]));
+      if (block_.IsCritical(fan_[i])) criticals.push_back(DeriveHalves(fan_[i], second_[i]));
     }
     return criticals;
   }
@@ -84,21 +87,27 @@ class Subdivider {
       d = map_.template beta<1>(d);
       while (F::StartLevel(map_, d) > l) d = map_.template beta<1>(d);
     }
+    writer_.Begin();
     const Vertex centre = NewVertex(FaceCentre(points), l + 1);
     const bool two_sided = !map_.template is_free<3>(corner);
+    const Cell cell = map_.template attribute<3>(corner);
     std::array<Dart, 4> inward, outward, leaving;
     for (int k = 0; k < 4; ++k) {
       leaving[k] = map_.template beta<1>(arriving[k]);
       const Vertex middle = map_.template attribute<0>(leaving[k]);
-      inward[k] = NewDart(middle, arriving[k]);
-      outward[k] = NewDart(centre, arriving[k]);
-      map_.template basic_link_beta_for_involution<2>(inward[k], outward[k]);
+      inward[k] = writer_.New(middle, cell);
+      outward[k] = writer_.New(centre, cell);
+      writer_.template Link<2>(inward[k], outward[k]);
+      writer_.CountVertex(middle, two_sided ? 2 : 1);
     }
     for (int k = 0; k < 4; ++k) {
-      LinkBeta1(map_, arriving[k], inward[k]);
-      LinkBeta1(map_, inward[k], outward[(k + 3) % 4]);
-      LinkBeta1(map_, outward[k], leaving[k]);
+      writer_.Link1(arriving[k], inward[k]);
+      writer_.Link1(inward[k], outward[(k + 3) % 4]);
+      writer_.Link1(outward[k], leaving[k]);
     }
+    writer_.CountCell(cell, 8);
+    writer_.CountVertex(centre, two_sided ? 8 : 4);
+    map_.template set_dart_of_attribute<0>(centre, outward[0]);
     if (two_sided) MirrorFace(arriving, leaving, inward, outward, centre);
     if (block_.IsCritical(corner)) DeriveFace(arriving, inward, outward, l);
   }
@@ -118,10 +127,10 @@ class Subdivider {
   }
 
   // Splits the inside of a hexahedron whose twelve edges and six faces are split already into its eight
-  // children. `frame` was made before or after those splits: its darts are the same. O(darts on its
-  // boundary).
-  void SplitVolume(Cell cell, const F& frame) {
-    const std::array<Point3, 8> corners = frame.Corners(map_);
+  // children, which it returns by child number. `frame` was made before or after those splits: its darts are
+  // the same. O(darts on its boundary).
+  std::array<Cell, 8> SplitVolume(Cell cell, const F& frame, const std::array<Point3, 8>& corners) {
+    writer_.Begin();
     const CellId id = map_.template info_of_attribute<3>(cell).id;
     const Vertex centre = NewVertex(VolumeCentre(corners), frame.level + 1);
     std::array<Cell, 8> children;
@@ -130,32 +139,30 @@ class Subdivider {
       auto& info = map_.template info_of_attribute<3>(children[c]);
       info.id = id.Child(c);
       info.reference = frame.first[hexahedron::kCornerRole[c]];
+      map_.template set_dart_of_attribute<3>(children[c], info.reference);
     }
-    for (unsigned role = 0; role < hexahedron::kRoles; ++role) WalkLine(frame, role);
-    for (unsigned role = 0; role < hexahedron::kRoles; ++role) BuildWall(role, centre, children);
+    darts_of_.fill(0);
+    WalkLines(frame);
+    for (unsigned role = 0; role < hexahedron::kRoles; ++role) MakeWall(role, centre, children);
+    map_.template set_dart_of_attribute<0>(centre, walls_[0].to_face);
+    writer_.CountVertex(centre, hexahedron::kRoles);
+    for (unsigned role = 0; role < hexahedron::kRoles; ++role) LinkWall(role);
+    size_t moved = 0;
     for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
-      const Wall& wall = walls_[role];
-      const Wall& beside = walls_[hexahedron::kAcross[role]];
-      LinkBeta1(map_, wall.near_last, beside.far_first);
-      LinkBeta1(map_, beside.from_centre_last, wall.to_face);
-      map_.template basic_link_beta_for_involution<2>(
-          wall.to_face, walls_[hexahedron::PreviousRole(role)].from_centre_last);
+      const unsigned child = hexahedron::StartCorner(role);
+      const size_t adopted = Adopt(frame, role, children[child]);
+      darts_of_[child] += adopted;
+      moved += adopted;
     }
-    for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
-      Adopt(frame.first[role], children[hexahedron::StartCorner(role)]);
-    }
+    for (unsigned c = 0; c < 8; ++c) writer_.CountCell(children[c], darts_of_[c]);
+    writer_.DiscountCell(cell, moved);
+    return children;
   }
 
   // Labels that came into being since the last call: what kept messages may wait for.
   std::vector<Label>& made_labels() { return made_; }
 
  private:
-  // The darts of an edge in this block in fan order, linked by beta_2 (from even to odd) and beta_3 in turn.
-  struct Fan {
-    absl::InlinedVector<Dart, 16> darts;
-    bool closed = false;
-  };
-
   // What one role contributes to the twelve inner faces: the face between the two ends of the role's edge, as
   // far as it hangs on the role's outer face. The line from the edge's middle m to the face's centre f has
   // two sides: the near one in the child at the edge's start, and the far one in the child at its end.
@@ -172,34 +179,27 @@ class Subdivider {
     return v;
   }
 
-  // A dart that starts at a vertex, in the cell of another dart.
-  Dart NewDart(Vertex start, Dart like) { return NewDart(start, map_.template attribute<3>(like)); }
-  Dart NewDart(Vertex start, Cell cell) {
-    const Dart d = map_.create_dart();
-    map_.template set_dart_attribute<0>(d, start);
-    map_.template set_dart_attribute<3>(d, cell);
-    return d;
-  }
-
-  Fan FanOf(Dart d) {
+  // The darts of the edge of d in this block, into fan_: in fan order, linked by beta_2 (from even to odd)
+  // and beta_3 in turn. Whether the last is linked to the first.
+  bool FindFan(Dart d) {
     // Back to where the fan begins, or once around.
     Dart begin = d;
     while (!map_.template is_free<3>(begin)) {
       begin = map_.template beta<3, 2>(begin);
       if (begin == d) break;
     }
-    Fan fan;
-    fan.closed = !map_.template is_free<3>(begin);
+    const bool closed = !map_.template is_free<3>(begin);
+    fan_.clear();
     Dart x = begin;
     while (true) {
       const Dart y = map_.template beta<2>(x);
-      fan.darts.push_back(x);
-      fan.darts.push_back(y);
+      fan_.push_back(x);
+      fan_.push_back(y);
       if (map_.template is_free<3>(y)) break;
       x = map_.template beta<3>(y);
       if (x == begin) break;
     }
-    return fan;
+    return closed;
   }
 
   SplitCritical DeriveHalves(Dart first, Dart second) {
@@ -229,84 +229,134 @@ class Subdivider {
 
   void MirrorFace(const std::array<Dart, 4>& arriving, const std::array<Dart, 4>& leaving,
                   const std::array<Dart, 4>& inward, const std::array<Dart, 4>& outward, Vertex centre) {
+    const Cell cell = map_.template attribute<3>(map_.template beta<3>(arriving[0]));
     std::array<Dart, 4> mirror_in, mirror_out;
     for (int k = 0; k < 4; ++k) {
-      const Dart back = map_.template beta<3>(arriving[k]);
-      mirror_in[k] = NewDart(map_.template attribute<0>(leaving[k]), back);
-      mirror_out[k] = NewDart(centre, back);
-      map_.template basic_link_beta_for_involution<2>(mirror_in[k], mirror_out[k]);
-      map_.template basic_link_beta_for_involution<3>(outward[k], mirror_in[k]);
-      map_.template basic_link_beta_for_involution<3>(inward[k], mirror_out[k]);
+      mirror_in[k] = writer_.New(map_.template attribute<0>(leaving[k]), cell);
+      mirror_out[k] = writer_.New(centre, cell);
+      writer_.template Link<2>(mirror_in[k], mirror_out[k]);
+      writer_.template Link<3>(outward[k], mirror_in[k]);
+      writer_.template Link<3>(inward[k], mirror_out[k]);
     }
     for (int k = 0; k < 4; ++k) {
-      LinkBeta1(map_, map_.template beta<3>(leaving[k]), mirror_in[k]);
-      LinkBeta1(map_, mirror_in[k], mirror_out[(k + 1) % 4]);
-      LinkBeta1(map_, mirror_out[k], map_.template beta<3>(arriving[k]));
+      writer_.Link1(map_.template beta<3>(leaving[k]), mirror_in[k]);
+      writer_.Link1(mirror_in[k], mirror_out[(k + 1) % 4]);
+      writer_.Link1(mirror_out[k], map_.template beta<3>(arriving[k]));
     }
+    writer_.CountCell(cell, 8);
   }
 
-  // The darts from the middle of the role's edge to the centre of its face, near side, in order. Before any
-  // wall is built: walls change beta_2 of these darts, and the walk needs it.
-  void WalkLine(const F& frame, unsigned role) {
-    Line& line = lines_[role];
-    line.clear();
-    typename F::Line walk(map_, map_.template beta<1>(F::EdgeMiddle(map_, frame.first[role], frame.level)));
-    line.push_back(walk.dart());
-    while (F::EndLevel(map_, walk.dart()) > frame.level + 1) {
-      walk.Advance();
-      line.push_back(walk.dart());
+  // For each role the darts from the middle of its edge to the centre of its face, near side, in order; all
+  // lines in line_, that of a role from line_begin_[role]. One dart, unless a neighbour has refined further.
+  // Before any wall is built: walls change beta_2 of these darts, and the walk needs it.
+  void WalkLines(const F& frame) {
+    const int middle_level = frame.level + 1;
+    line_.clear();
+    for (unsigned role = 0; role < hexahedron::kRoles; ++role) {
+      line_begin_[role] = line_.size();
+      Dart x = map_.template beta<1>(frame.first[role]);
+      half_is_dart_[role] = F::StartLevel(map_, x) == middle_level;
+      if (!half_is_dart_[role]) {
+        x = map_.template beta<1>(F::EdgeMiddle(map_, frame.first[role], frame.level));
+      }
+      line_.push_back(x);
+      if (F::EndLevel(map_, x) == middle_level) continue;
+      typename F::Line walk(map_, x);
+      while (F::EndLevel(map_, walk.dart()) > middle_level) {
+        walk.Advance();
+        line_.push_back(walk.dart());
+      }
     }
+    line_begin_[hexahedron::kRoles] = line_.size();
   }
+  size_t LineLength(unsigned role) const { return line_begin_[role + 1] - line_begin_[role]; }
 
-  void BuildWall(unsigned role, Vertex centre, const std::array<Cell, 8>& children) {
-    const Cell near = children[hexahedron::StartCorner(role)];
-    const Cell far = children[hexahedron::EndCorner(role)];
+  // The darts of a wall, linked along it and to the line.
+  void MakeWall(unsigned role, Vertex centre, const std::array<Cell, 8>& children) {
+    const unsigned near = hexahedron::StartCorner(role), far = hexahedron::EndCorner(role);
     Wall& wall = walls_[role];
     Dart near_before, far_before;
-    for (size_t i = 0; i < lines_[role].size(); ++i) {
-      const Dart x = lines_[role][i];
+    Vertex from = map_.template attribute<0>(line_[line_begin_[role]]);
+    for (size_t i = line_begin_[role]; i < line_begin_[role + 1]; ++i) {
+      const Dart x = line_[i];
       const Dart y = map_.template beta<2>(x);
-      const Dart x2 = NewDart(map_.template attribute<0>(y), near);
-      const Dart y2 = NewDart(map_.template attribute<0>(x), far);
-      map_.template basic_link_beta_for_involution<3>(x2, y2);
-      map_.template basic_link_beta_for_involution<2>(x, x2);
-      map_.template basic_link_beta_for_involution<2>(y, y2);
-      if (i == 0) {
+      const Vertex to = map_.template attribute<0>(y);
+      const Dart x2 = writer_.New(to, children[near]);
+      const Dart y2 = writer_.New(from, children[far]);
+      writer_.CountVertex(to, 1);
+      writer_.CountVertex(from, 1);
+      writer_.template Link<3>(x2, y2);
+      writer_.template Link<2>(x, x2);
+      writer_.template Link<2>(y, y2);
+      if (i == line_begin_[role]) {
         wall.near_last = x2;
         wall.far_first = y2;
       } else {
-        LinkBeta1(map_, x2, near_before);
-        LinkBeta1(map_, far_before, y2);
+        writer_.Link1(x2, near_before);
+        writer_.Link1(far_before, y2);
       }
       near_before = x2;
       far_before = y2;
+      from = to;
     }
-    wall.to_face = NewDart(centre, near);
-    wall.from_centre_last = NewDart(map_.template attribute<0>(near_before), far);
-    map_.template basic_link_beta_for_involution<3>(wall.to_face, wall.from_centre_last);
-    LinkBeta1(map_, wall.to_face, near_before);
-    LinkBeta1(map_, far_before, wall.from_centre_last);
+    wall.to_face = writer_.New(centre, children[near]);
+    wall.from_centre_last = writer_.New(from, children[far]);
+    writer_.CountVertex(from, 1);
+    writer_.template Link<3>(wall.to_face, wall.from_centre_last);
+    writer_.Link1(wall.to_face, near_before);
+    writer_.Link1(far_before, wall.from_centre_last);
+    darts_of_[near] += LineLength(role) + 1;
+    darts_of_[far] += LineLength(role) + 1;
   }
 
-  // Gives a child the outer darts around d; those it has already bound the search.
-  void Adopt(Dart d, Cell child) {
+  // A wall to its neighbours: the same inner face has the wall across; the other two faces of the child that
+  // have the edge from the centre to the face's centre are those of the role and of the one before it.
+  void LinkWall(unsigned role) {
+    const Wall& wall = walls_[role];
+    const Wall& beside = walls_[hexahedron::kAcross[role]];
+    writer_.Link1(wall.near_last, beside.far_first);
+    writer_.Link1(beside.from_centre_last, wall.to_face);
+    writer_.template Link<2>(wall.to_face, walls_[hexahedron::PreviousRole(role)].from_centre_last);
+  }
+
+  // Gives a child the outer darts in the role's quarter of the role's face, and what hangs on them; those
+  // that it has already bound the search. Returns how many.
+  size_t Adopt(const F& frame, unsigned role, Cell child) {
+    const Dart d = frame.first[role];
+    // Four darts, from the corner over two lines of one dart, are the whole quarter.
+    if (half_is_dart_[role] && LineLength(role) == 1 && LineLength(hexahedron::PreviousRole(role)) == 1) {
+      const Dart a = map_.template beta<1>(d), b = map_.template beta<1>(a), c = map_.template beta<1>(b);
+      if (map_.template beta<1>(c) == d && map_.template attribute<3>(d) != child) {
+        for (Dart x : {d, a, b, c}) writer_.Move(x, child);
+        return 4;
+      }
+    }
+    size_t adopted = 0;
     stack_.push_back(d);
     while (!stack_.empty()) {
       const Dart x = stack_.back();
       stack_.pop_back();
       if (map_.template attribute<3>(x) == child) continue;
-      map_.template set_dart_attribute<3>(x, child);
+      writer_.Move(x, child);
+      ++adopted;
       stack_.push_back(map_.template beta<1>(x));
       stack_.push_back(map_.template beta<2>(x));
     }
+    return adopted;
   }
 
   BlockT& block_;
   Lcc& map_;
+  DartWriter<BlockT> writer_;
   std::vector<Label> made_;
+  std::vector<Dart> fan_, second_;
   std::array<Wall, hexahedron::kRoles> walls_;
-  using Line = absl::InlinedVector<Dart, 4>;
-  std::array<Line, hexahedron::kRoles> lines_;
+  std::vector<Dart> line_;
+  std::array<size_t, hexahedron::kRoles + 1> line_begin_;
+  // Whether the first half of a role's edge is one dart.
+  std::array<bool, hexahedron::kRoles> half_is_dart_;
+  // By child number: darts that it has been given.
+  std::array<size_t, 8> darts_of_;
   std::vector<Dart> stack_;
 };
 

@@ -20,7 +20,7 @@
 #include "absl/strings/str_split.h"
 #include "core/algorithm/block_algorithm.h"
 #include "core/map/block.h"
-#include "core/map/handle_hash.h"
+#include "core/map/handle_table.h"
 #include "core/map/partial_scan.h"
 
 namespace ndmap {
@@ -83,6 +83,11 @@ class Trim final : public BlockAlgorithm {
 
   absl::StatusOr<bool> Start(size_t budget) override {
     if (cancelled_) return true;
+    // A table that grows is copied in one go.
+    if (todo_.empty()) {
+      doomed_.Reserve(map_.template attributes<n>());
+      whole_.Reserve(map_.template attributes<0>());
+    }
     absl::Status status;
     const bool all = scan_.Next(&budget, [&](Cell cell) { status.Update(Look(cell)); });
     if (!status.ok()) return status;
@@ -103,22 +108,28 @@ class Trim final : public BlockAlgorithm {
 
   absl::StatusOr<size_t> Work(size_t budget, Outbox& out) override {
     size_t steps = 0;
+    const auto mark = map_.get_new_mark();
     for (; steps < budget && !todo_.empty(); ++steps) {
-      RemoveCell(todo_.back(), out);
+      RemoveCell(todo_.back(), mark, out);
       todo_.pop_back();
     }
-    for (; steps < budget && todo_.empty() && !order_.empty(); ++steps) {
-      const Dart d = order_.back();
-      order_.pop_back();
-      if (touched_.contains(d)) SplitVertex(d);
+    for (; steps < budget && !spared_.empty(); ++steps) {
+      Spare(spared_.back(), mark);
+      spared_.pop_back();
     }
+    for (; steps < budget && todo_.empty() && !touched_.empty(); ++steps) {
+      SplitVertex(touched_.back(), mark);
+      touched_.pop_back();
+    }
+    map_.free_mark(mark);
     block_.Touch();
     return steps;
   }
 
-  bool HasWork() const override { return !todo_.empty() || !order_.empty(); }
+  bool HasWork() const override { return !todo_.empty() || !spared_.empty() || !touched_.empty(); }
   void Cancel() override {
     cancelled_ = true;
+    if (removed_ > 0) spared_.insert(spared_.end(), todo_.begin(), todo_.end());
     todo_.clear();
   }
   absl::StatusOr<bool> Finish(size_t) override { return true; }
@@ -144,12 +155,17 @@ class Trim final : public BlockAlgorithm {
     }
   }
 
+  void Doom(Cell cell) {
+    todo_.push_back(cell);
+    doomed_[cell] = 1;
+  }
+
   // Whether the cell is to go.
   absl::Status Look(Cell cell) {
     const auto& info = map_.template info_of_attribute<n>(cell);
     if (n == 3 && info.kind != CellKind::kHexahedron) ++others_;
     if (listed_.has_value()) {
-      if (listed_->contains(info.id)) todo_.push_back(cell);
+      if (listed_->contains(info.id)) Doom(cell);
       return absl::OkStatus();
     }
     const bool all = keep_.inside && keep_.cut && keep_.outside;
@@ -157,51 +173,73 @@ class Trim final : public BlockAlgorithm {
       return absl::FailedPreconditionError(
           absl::StrCat("block ", block_.id().value, ": cell ", info.id.ToString(), " is not classified"));
     }
-    if (!Kept(info.state)) todo_.push_back(cell);
+    if (!Kept(info.state)) Doom(cell);
     return absl::OkStatus();
   }
 
-  void RemoveCell(Cell cell, Outbox& out) {
+  // All its darts are erased; what it was glued to is n-free then. O(its darts).
+  void RemoveCell(Cell cell, typename Lcc::size_type mark, Outbox& out) {
     if (n == 3 && map_.template info_of_attribute<n>(cell).kind != CellKind::kHexahedron) --others_;
-    Gather(map_.template info_of_attribute<n>(cell).reference);
-    for (Dart d : darts_) {
-      if (block_.IsCritical(d)) {
-        TellRemoved(d, out);
-      } else if (!map_.template is_free<n>(d)) {
-        const Dart beyond = map_.template beta<n>(d);
-        Touch(beyond);
-        // In a 3-map the dart after it is beyond the same face.
-        if constexpr (n == 2) Touch(map_.template beta<1>(beyond));
-        map_.template unlink_beta_for_involution<n>(d);
+    Gather(map_.template info_of_attribute<n>(cell).reference, mark);
+    for (size_t i = 0; i < faces_.size(); ++i) {
+      const size_t end = i + 1 < faces_.size() ? faces_[i + 1] : darts_.size();
+      if (block_.IsCritical(darts_[faces_[i]])) {
+        TellRemoved(darts_[faces_[i]], out);
+      } else if (!map_.template is_free<n>(darts_[faces_[i]])) {
+        Release(faces_[i], end);
       }
     }
-    for (Dart d : darts_) {
-      touched_.erase(d);
-      map_.erase_dart(d);
-    }
+    // The marks go with the darts.
+    for (Dart d : darts_) map_.erase_dart(d);
     ++removed_;
   }
 
-  void Touch(Dart d) {
-    if (touched_.insert(d).second) order_.push_back(d);
+  // Unlinks an (n-1)-cell of the cell to be erased. Only what stays has to be looked at again.
+  void Release(size_t first, size_t end) {
+    const bool stays = doomed_.Get(map_.template attribute<n>(map_.template beta<n>(darts_[first]))) == 0;
+    for (size_t i = first; i < end; ++i) {
+      if (stays) Touch(map_.template beta<n>(darts_[i]));
+      map_.template unlink_beta_for_involution<n>(darts_[i]);
+    }
   }
 
-  // All darts of the cell of d, into darts_.
-  void Gather(Dart d) {
+  // Looks again at the vertex of a dart that has no dart beyond its (n-1)-cell any more.
+  void Touch(Dart d) {
+    touched_.push_back(d);
+    // In a 3-map the vertex at its end is that of the dart after it, which is in the same (n-1)-cell.
+    if constexpr (n == 2) touched_.push_back(map_.template beta<1>(d));
+  }
+
+  // All darts of the cell of d, one (n-1)-cell after the other, into darts_, and where these begin into
+  // faces_; all are marked with a mark that no dart of the cell had.
+  void Gather(Dart d, typename Lcc::size_type mark) {
     darts_.clear();
-    const auto mark = map_.get_new_mark();
-    map_.mark(d, mark);
-    darts_.push_back(d);
-    for (size_t i = 0; i < darts_.size(); ++i) {
-      for (int j = 1; j < static_cast<int>(n); ++j) {
-        const Dart e = map_.beta(darts_[i], j);
-        if (map_.is_marked(e, mark)) continue;
-        map_.mark(e, mark);
-        darts_.push_back(e);
+    faces_.clear();
+    GatherCircle(d, mark);
+    if constexpr (n == 3) {
+      for (size_t i = 0; i < darts_.size(); ++i) {
+        const Dart e = map_.template beta<2>(darts_[i]);
+        if (!map_.is_marked(e, mark)) GatherCircle(e, mark);
       }
     }
-    for (Dart e : darts_) map_.unmark(e, mark);
-    map_.free_mark(mark);
+  }
+  void GatherCircle(Dart d, typename Lcc::size_type mark) {
+    Dart e = d;
+    do {
+      if (n == 2 || e == d) faces_.push_back(darts_.size());
+      map_.mark(e, mark);
+      darts_.push_back(e);
+      e = map_.template beta<1>(e);
+    } while (e != d);
+  }
+
+  // A cell that was to go and stays after all: it may have lost neighbours.
+  void Spare(Cell cell, typename Lcc::size_type mark) {
+    Gather(map_.template info_of_attribute<n>(cell).reference, mark);
+    for (Dart e : darts_) {
+      map_.unmark(e, mark);
+      if (map_.template is_free<n>(e)) Touch(e);
+    }
   }
 
   // One message a face: any label names it.
@@ -226,38 +264,44 @@ class Trim final : public BlockAlgorithm {
 
   // Where cells were removed the n-cells around a vertex may hang together no longer: each part gets a vertex
   // of its own, as CGAL's 0-cells do. Every such part has a dart that lost its neighbour. O(darts around the
-  // vertex).
-  void SplitVertex(Dart d) {
+  // vertex), once a part.
+  void SplitVertex(Dart d, typename Lcc::size_type mark) {
     const Vertex v = map_.template attribute<0>(d);
-    const auto mark = map_.get_new_mark();
+    if (whole_.Get(v) != 0) return;
     darts_.clear();
-    auto visit = [&](Dart e) {
+    const auto visit = [&](Dart e) {
       if (map_.is_marked(e, mark)) return;
       map_.mark(e, mark);
       darts_.push_back(e);
     };
     visit(d);
     for (size_t i = 0; i < darts_.size(); ++i) {
+      // In a volume from face to face around the vertex, which comes back, and over faces to the next
+      // volumes: that reaches all. Around the vertex of a surface it may come to an end.
       const Dart e = darts_[i];
-      const Dart before = map_.template beta<0>(e);
-      for (int j = 2; j <= static_cast<int>(n); ++j) {
-        if (!map_.is_free(e, static_cast<unsigned>(j))) visit(map_.beta(e, j, 1));
-        if (!map_.is_free(before, static_cast<unsigned>(j))) visit(map_.beta(before, j));
+      if (!map_.template is_free<2>(e)) visit(map_.template beta<2, 1>(e));
+      if constexpr (n == 3) {
+        if (!map_.template is_free<3>(e)) visit(map_.template beta<3, 1>(e));
       }
     }
+    if constexpr (n == 2) {
+      // The other way round from where it began; after a whole round there is nothing new.
+      for (Dart e = map_.template beta<0>(d); !map_.template is_free<2>(e); e = map_.template beta<0>(e)) {
+        e = map_.template beta<2>(e);
+        if (map_.is_marked(e, mark)) break;
+        visit(e);
+      }
+    }
+    for (Dart e : darts_) map_.unmark(e, mark);
     Vertex own = v;
     if (darts_.size() != map_.template get_attribute_ref_counting<0>(v)) {
       own = map_.template create_attribute<0>(map_.point_of_vertex_attribute(v));
       map_.template info_of_attribute<0>(own) = map_.template info_of_attribute<0>(v);
-    }
-    for (Dart e : darts_) {
-      map_.unmark(e, mark);
-      touched_.erase(e);
-      map_.template set_dart_attribute<0>(e, own);
+      for (Dart e : darts_) map_.template set_dart_attribute<0>(e, own);
     }
     // The dart that the vertex knew may be gone.
     map_.template set_dart_of_attribute<0>(own, d);
-    map_.free_mark(mark);
+    whole_[own] = 1;
   }
 
   const Keep keep_;
@@ -267,12 +311,17 @@ class Trim final : public BlockAlgorithm {
   Lcc& map_;
   PartialScan<typename Lcc::template Attribute_range<n>::type> scan_;
   bool cancelled_ = false;
+  // Cells to be erased, and whether a cell was ever one of them.
   std::vector<Cell> todo_;
+  HandleTable<Cell, uint8_t> doomed_;
+  // After a cancel: cells that were to be erased.
+  std::vector<Cell> spared_;
   std::vector<Dart> darts_;
-  // Darts at whose vertices something was lost (those whose dart beyond their (n-1)-cell was) and that are
-  // still here; and all that ever were, in order.
-  absl::flat_hash_set<Dart, HandleHash<Dart>> touched_;
-  std::vector<Dart> order_;
+  std::vector<size_t> faces_;
+  // Darts of cells that stay, at whose vertices something was lost.
+  std::vector<Dart> touched_;
+  // Vertices all darts of which hang together.
+  HandleTable<Vertex, uint8_t> whole_;
   int64_t removed_ = 0;
   // Cells that are no hexahedra.
   int64_t others_ = 0;
