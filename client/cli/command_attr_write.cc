@@ -114,7 +114,7 @@ void AddWriteCommand(CLI::App& attr, Action& action) {
   auto options = std::make_shared<WriteOptions>();
   CLI::App* command =
       AddCommand(attr, "write", "values from CSV or VTU files (exit code 1: some ids are not there)",
-                 "ndmap attr read bunny height --all -o csv | ndmap attr write copy height");
+                 "ndmap attr write bunny height --from heights.csv");
   command->add_option("MAP", options->map, "name of the map")->required();
   command->add_option("NAME", options->name, "name of the attribute")->required();
   command->add_option("--from", options->from,

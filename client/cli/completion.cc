@@ -93,6 +93,14 @@ std::string BashCompletion(const CLI::App& app) {
     if (!below.empty()) parents.push_back(command->get_name());
     add_case(command->get_name(), *command, below);
   }
+  // What follows an option with a value is no command.
+  std::string values;
+  for (const CLI::Option* option : Given(app, false)) {
+    if (!TakesValue(*option)) continue;
+    for (const std::string& name : NamesOf(*option)) {
+      if (name != "--coordinator") absl::StrAppend(&values, "      ", name, ") ((++i)) ;;\n");
+    }
+  }
   return absl::StrCat(
       "# bash completion for ", program, ": eval \"$(", program, " completion bash)\"\n",
       // Bash takes HOST:PORT for three words.
@@ -100,7 +108,7 @@ std::string BashCompletion(const CLI::App& app) {
       "  while [[ ${COMP_WORDS[i + 1]-} == : ]]; do at+=:${COMP_WORDS[i + 2]-}; ((i += 2)); done\n}\n", "_",
       program, "() {\n  local word=${COMP_WORDS[COMP_CWORD]} command= words= open=yes map= at= i\n",
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n    case ${COMP_WORDS[i]} in\n", "      --coordinator) _",
-      program, "_coordinator ;;\n      -*) ;;\n",
+      program, "_coordinator ;;\n", values, "      -*) ;;\n",
       "      *) command=\"${command:+$command }${COMP_WORDS[i]}\"\n        case $command in\n          ",
       parents.empty() ? "''" : absl::StrJoin(parents, "|"),
       ") ;;\n          *) open=; break ;;\n        esac ;;\n    esac\n  done\n",
@@ -108,7 +116,7 @@ std::string BashCompletion(const CLI::App& app) {
       absl::StrJoin(OptionsOf(app), " "), "' ;;\n", cases, "  esac\n",
       "  # Something other than an option has come: it was the map.\n",
       "  for ((++i; i < COMP_CWORD; ++i)); do\n    case ${COMP_WORDS[i]} in\n      --coordinator) _", program,
-      "_coordinator ;;\n      -*) ;;\n      *) map= ;;\n    esac\n  done\n  COMPREPLY=()\n",
+      "_coordinator ;;\n", values, "      -*) ;;\n      *) map= ;;\n    esac\n  done\n  COMPREPLY=()\n",
       "  if [[ -n $map && $word != -* ]]; then\n",
       "    words=$(timeout 2 \"${COMP_WORDS[0]}\" maps --names ${at:+--coordinator \"$at\"} 2>/dev/null)\n",
       "    open=yes\n  fi\n  if [[ -n $open || $word == -* ]]; then\n",
